@@ -71,8 +71,8 @@ TEST(Bundle, ASmallGroupKeepsItsPriorSigma) {
   Synthetic made = make_synthetic({.corner_sigma_px = 0.1, .feature_sigma_px = 0.2});
   made.observations.stripes.clear();
   FeatureView few = made.observations.features.front();
-  few.camera_pixels.resize(30);
-  few.projector_pixels.resize(30);
+  few.camera_pixels.resize(25);
+  few.projector_pixels.resize(25);
   made.observations.features = {few};
   const auto result = refine(made.truth, made.observations, {.held = {{BlockId::Kind::lens, 1}}});
   ASSERT_TRUE(result) << result.error().message;
