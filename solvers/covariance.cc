@@ -81,7 +81,8 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
     result.gain_[p] = coupling * inverse;
     schur.noalias() -= result.gain_[p] * coupling.transpose();
   }
-  const std::vector<std::string> names = equations.parameters_.common_names(state);
+  result.names_ = equations.parameters_.common_names(state);
+  const std::vector<std::string>& names = result.names_;
   const Eigen::VectorXd diagonal = schur.diagonal();
   for (int i = 0; i < diagonal.size(); ++i) {
     if (!(diagonal[i] > kSingular * equations.common_(i, i))) {

@@ -41,7 +41,9 @@ class JointCovariance {
  public:
   static Expected<JointCovariance> create(const NormalEquations& equations, const CalibrationState& state);
 
+  // Of the common parameters; row i is names()[i], such as "cam0.fx" or "board.warp_x".
   const Eigen::MatrixXd& common() const { return common_; }
+  const std::vector<std::string>& names() const { return names_; }
   // Joint covariance of the given blocks (at most one placement among them), in their order; zero rows for held blocks.
   Eigen::MatrixXd of(const std::vector<BlockId>& blocks, const CalibrationState& state) const;
 
@@ -53,6 +55,7 @@ class JointCovariance {
   explicit JointCovariance(const Parameters& parameters) : parameters_(parameters) {}
 
   Parameters parameters_;
+  std::vector<std::string> names_;
   Eigen::MatrixXd common_;
   std::map<std::size_t, Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1
   std::map<std::size_t, Matrix6d> placement_inverse_;                     // D_j^-1
