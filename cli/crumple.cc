@@ -74,7 +74,8 @@ int help(const std::vector<Verb>& verbs, const std::vector<std::string>& names) 
 Expected<void> check_arguments(const Verb& verb, const Arguments& arguments) {
   const std::size_t count = arguments.inputs.size();
   const std::string usage = fmt::format(" Usage: crumple {} {}", verb.name, verb.usage);
-  if (count < verb.min_inputs) return fail(fmt::format("{} needs {} input(s), {} given.", verb.name, verb.min_inputs, count) + usage);
+  if (count < verb.min_inputs)
+    return fail(fmt::format("{} needs {} input(s), {} given.", verb.name, verb.min_inputs, count) + usage);
   if (count > verb.max_inputs)
     return fail(fmt::format("Unexpected argument {}.", arguments.inputs[verb.max_inputs]) + usage);
   const auto values = flag_values(verb.required);

@@ -47,9 +47,14 @@ tl::unexpected<Error> unknown_flag(const std::string& argument, const std::strin
   return fail(fmt::format("Unknown flag {}.{}", argument.substr(0, argument.find('=')), hint));
 }
 
+std::string kind_of_value(const std::string& type) {
+  if (type == "bool") return "true or false";
+  return type == "double" ? "a finite number" : "a whole number in range";
+}
+
 Expected<void> set_flag(const gflags::CommandLineFlagInfo& info, const std::string& value) {
   const auto rejected = [&] {
-    return fail(fmt::format("--{}={} is not a value of type {}.", info.name, value, info.type));
+    return fail(fmt::format("--{}={} is not {}.", info.name, value, kind_of_value(info.type)));
   };
   if (gflags::SetCommandLineOption(info.name.c_str(), value.c_str()).empty()) return rejected();
   if (info.type == "double") {

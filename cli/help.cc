@@ -84,8 +84,8 @@ std::string program_help(const std::vector<Verb>& verbs) {
 }
 
 std::string verb_help(const Verb& verb) {
-  std::string text = fmt::format("crumple {}: {}\n\nUsage\n  crumple {} {}\n", verb.name, verb.purpose, verb.name,
-                                 verb.usage);
+  std::string text =
+      fmt::format("crumple {}: {}\n\nUsage\n  crumple {} {}\n", verb.name, verb.purpose, verb.name, verb.usage);
   if (!verb.description.empty()) text += "\n" + wrapped(verb.description, 0, text_width) + "\n";
   text += "\nExample\n" + indented(verb.example) + "\nFlags\n";
   for (const std::string& name : verb.flags) {

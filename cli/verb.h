@@ -16,8 +16,8 @@ enum class ExitCode : int {
   done = 0,
   internal_error = 1,
   usage = 2,
-  bad_input = 3,       // an output folder that exists and a full disk too
-  not_trusted = 4,     // solved, but the result is not to be relied on; it says why
+  bad_input = 3,    // an output folder that exists and a full disk too
+  not_trusted = 4,  // solved, but the result is not to be relied on; it says why
   part_of_batch_failed = 5,
 };
 
@@ -40,10 +40,10 @@ inline VerbResult usage_error(std::string sentence) { return {ExitCode::usage, s
 
 struct Verb {
   std::string name;
-  std::string purpose;                // one line without a full stop
-  std::string usage;                  // what follows `crumple NAME`, such as "CAPTURE --out=DIR [--flags]"
-  std::string description;            // a few sentences; may be empty
-  std::string example;                // a command and what it prints, as on a terminal
+  std::string purpose;      // one line without a full stop
+  std::string usage;        // what follows `crumple NAME`, such as "CAPTURE --out=DIR [--flags]"
+  std::string description;  // a few sentences; may be empty
+  std::string example;      // a command and what it prints, as on a terminal
   std::size_t min_inputs = 0;
   std::size_t max_inputs = 0;
   std::vector<std::string> flags;     // every flag it takes; any other is rejected
