@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <ostream>
 #include <string>
 
@@ -223,6 +225,19 @@ TEST(CaptureExamples, DescribeTheirPublicImages) {
     ASSERT_TRUE(capture) << capture.error().message;
     EXPECT_TRUE(capture->board);
   }
+}
+
+// The descriptions that docs/formats.md shows.
+TEST(CaptureExamples, OfTheDocumentationAreValid) {
+  std::ifstream file(std::filesystem::path(CRUMPLE_SOURCE_DIR) / "docs/formats.md");
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string start = "```yaml\nschema: crumple-capture/1";
+  int examples = 0;
+  for (std::size_t at = text.find(start); at != std::string::npos; at = text.find(start, at + 1), ++examples) {
+    const std::size_t begin = text.find('\n', at) + 1;
+    EXPECT_EQ(error_of(text.substr(begin, text.find("```", begin) - begin)), "");
+  }
+  EXPECT_EQ(examples, 2);
 }
 
 TEST(CaptureExamples, ProcamChecksClean) {

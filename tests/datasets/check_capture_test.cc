@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +12,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "datasets/exposure_check.h"
+#include "datasets/sequence_check.h"
+#include "tests/datasets/public_data.h"
 #include "tests/datasets/synthetic_frames.h"
 #include "tests/datasets/temporary_folder.h"
 
@@ -133,6 +137,35 @@ TEST_F(CheckCapture, NoticesTheSameImagesAtTwoStations) {
 TEST_F(CheckCapture, SaysThatNothingIsLeft) {
   std::ofstream(folder_.path() / "capture.yaml") << kDescription << "exclude: [{station: one, reason: moved}]\n";
   EXPECT_THAT(findings(), HasSubstr("every station is excluded"));
+}
+
+// The same faults made in real images, whose finest stripes are blurred and whose darkest squares hold little light.
+TEST(CheckRealImages, NamesFaultsMadeInProcam) {
+  const auto data = public_data("procam");
+  if (!data) GTEST_SKIP() << "the procam images are not here; name their parent folder in CRUMPLE_DATA";
+  const auto capture = read_capture(std::filesystem::path(CRUMPLE_SOURCE_DIR) / "datasets/examples/procam.yaml", *data);
+  ASSERT_TRUE(capture) << capture.error().message;
+  const StationFrames station = check_station(*capture, "camera", "1");
+  SequenceSetup setup{capture->orientations, {1024, 768}, 255, "station 1"};
+  std::vector<ShownFrame> clean;
+  for (std::size_t i = 0; i < station.images.size(); ++i) {
+    clean.push_back({capture->frames[i], fmt::format("f{:02}.png", i), station.images[i]});
+  }
+  const auto sentence = [&](const std::vector<ShownFrame>& frames) {
+    const std::vector<Finding> findings = check_sequence(frames, setup);
+    return findings.size() == 1 ? findings[0].sentence : fmt::format("{} findings", findings.size());
+  };
+  for (const auto& [a, b] : {std::pair{0, 1}, {18, 19}, {20, 21}, {38, 39}, {7, 31}, {16, 18}, {40, 41}}) {
+    std::vector<ShownFrame> frames = clean;
+    std::swap(frames[a].image, frames[b].image);
+    EXPECT_THAT(sentence(frames), AllOf(HasSubstr(clean[a].name), HasSubstr(clean[b].name), HasSubstr("swapped")));
+  }
+  for (const std::size_t dropped : {11, 27}) {
+    std::vector<ShownFrame> frames = clean;
+    for (std::size_t i = dropped; i < 41; ++i) frames[i].image = clean[i + 1].image;
+    frames[41].image = cv::Mat();
+    EXPECT_THAT(sentence(frames), HasSubstr("a frame was dropped: what " + clean[dropped].name));
+  }
 }
 
 TEST(ExposureCheck, KnowsTheScaleOfDeepImages) {
