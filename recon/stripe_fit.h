@@ -5,18 +5,9 @@
 // Gauss-Newton. Every bit contributes: the one whose boundary is near most, the others little.
 #pragma once
 
-#include <array>
-#include <span>
-
 #include "recon/stripe_response.h"
 
 namespace crumple {
-
-struct StripeModel {
-  StripeBlur blur;
-  std::array<double, 16> offsets{};  // per bit, in units of the contrast
-  StripeTable table;                 // of the blur, without the offsets
-};
 
 struct StripeFit {
   double u = 0;            // stripe widths from the origin
@@ -25,7 +16,9 @@ struct StripeFit {
   double squares = 0;      // sum of squared residuals, grey levels squared
 };
 
-// `reach` is how far from `start` the grid looks, in stripe widths; 0 goes straight to Gauss-Newton.
-StripeFit fit_stripe(const StripeModel& model, std::span<const float> differences, double start, double reach);
+// `offsets` in units of the contrast. `reach` is how far from `start` the grid looks, in stripe widths; 0 goes straight
+// to Gauss-Newton.
+StripeFit fit_stripe(const StripeTable& table, const BitVector& offsets, const BitVector& differences, double start,
+                     double reach);
 
 }  // namespace crumple

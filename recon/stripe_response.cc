@@ -33,30 +33,22 @@ std::array<double, 4> d_blur_transfer(const StripeBlur& blur, double frequency) 
           gaussian_transfer(blur.skirt, frequency) - core, gaussian_transfer(StripeBlur::kHalo, frequency) - core};
 }
 
-int StripeTable::sample_below(double position) const {
-  return std::clamp(static_cast<int>(std::floor(position)), 1, samples_ - 3);
+std::size_t StripeTable::sample_below(double position) const {
+  const auto last = static_cast<int>(values_.size()) - 3;
+  return static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(position)), 1, last));
 }
 
 StripeTable::Sample StripeTable::at(double u) const {
   const double position = (u + kMargin) * kSamplesPerStripe - 0.5;
-  const int j = sample_below(position);
-  const auto f = static_cast<float>(position - j);
-  const float* before = values_.data() + static_cast<std::ptrdiff_t>(j - 1) * bits_;
-  const float* low = before + bits_;
-  const float* high = low + bits_;
-  const float* after = high + bits_;
+  const std::size_t j = sample_below(position);
+  const auto f = static_cast<float>(position - static_cast<double>(j));
   constexpr float kHalfRate = 0.5F * kSamplesPerStripe;
-  Sample sample;
-  for (std::size_t b = 0; b < static_cast<std::size_t>(bits_); ++b) {
-    sample.value[b] = low[b] + f * (high[b] - low[b]);
-    sample.slope[b] = kHalfRate * ((1 - f) * (high[b] - before[b]) + f * (after[b] - low[b]));
-  }
-  return sample;
+  return {values_[j] + f * (values_[j + 1] - values_[j]),
+          kHalfRate * ((1 - f) * (values_[j + 1] - values_[j - 1]) + f * (values_[j + 2] - values_[j]))};
 }
 
-const float* StripeTable::nearest(double u) const {
-  const int j = sample_below((u + kMargin) * kSamplesPerStripe);
-  return values_.data() + static_cast<std::ptrdiff_t>(j) * bits_;
+const BitVector& StripeTable::nearest(double u) const {
+  return values_[sample_below((u + kMargin) * kSamplesPerStripe)];
 }
 
 StripeSpectrum::StripeSpectrum(const StripeOrientation& orientation, ImageSize projector)
@@ -95,15 +87,10 @@ StripeTable StripeSpectrum::blurred(const std::function<double(double frequency)
   }
   cv::dft(filtered, filtered, cv::DFT_ROWS | cv::DFT_INVERSE | cv::DFT_SCALE | cv::DFT_REAL_OUTPUT);
   StripeTable table;
-  table.bits_ = bits_;
-  table.samples_ = samples_;
-  table.values_.resize(static_cast<std::size_t>(samples_) * static_cast<std::size_t>(bits_));
+  table.values_.assign(static_cast<std::size_t>(samples_), BitVector::Zero());
   for (int b = 0; b < bits_; ++b) {
     const auto* row = filtered.ptr<double>(b);
-    for (int j = 0; j < samples_; ++j) {
-      table.values_[static_cast<std::size_t>(j) * static_cast<std::size_t>(bits_) + static_cast<std::size_t>(b)] =
-          static_cast<float>(row[j]);
-    }
+    for (std::size_t j = 0; j < table.values_.size(); ++j) table.values_[j][b] = static_cast<float>(row[j]);
   }
   return table;
 }

@@ -12,6 +12,7 @@
 #include <functional>
 #include <vector>
 
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 #include "recon/patterns.h"
@@ -32,27 +33,26 @@ struct StripeBlur {
 double blur_transfer(const StripeBlur& blur, double frequency);
 std::array<double, 4> d_blur_transfer(const StripeBlur& blur, double frequency);
 
-// Stripe signals sampled finely, ready for interpolation. All bits of a sample lie together.
+// One number per bit, the most significant first; beyond the last bit all are zero.
+using BitVector = Eigen::Matrix<float, 16, 1>;
+
+// Stripe signals sampled finely, ready for interpolation.
 class StripeTable {
  public:
   struct Sample {
-    std::array<float, 16> value;
-    std::array<float, 16> slope;  // with respect to u
+    BitVector value;
+    BitVector slope;  // with respect to u
   };
-  int bits() const { return bits_; }
   Sample at(double u) const;
-  // The nearest sample's values: bits() floats.
-  const float* nearest(double u) const;
+  const BitVector& nearest(double u) const;
 
  private:
   friend class StripeSpectrum;
   static constexpr int kSamplesPerStripe = 32;
   static constexpr int kMargin = 16;  // stripes beyond the panel on either side
-  int sample_below(double position) const;
+  std::size_t sample_below(double position) const;
 
-  int bits_ = 0;
-  int samples_ = 0;
-  std::vector<float> values_;
+  std::vector<BitVector> values_;
 };
 
 // The Fourier transforms of the unblurred stripes of all bits.
