@@ -37,11 +37,11 @@ void for_each_cell(const cv::Mat& hull, int spacing, const Use& use) {
 std::optional<Eigen::Vector2d> projector_pixel(const BoardStripes& stripes, const cv::Point& at) {
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  for (std::size_t o = 0; o < stripes.orientations.size(); ++o) {
-    if (stripes.coordinates[o].sigma_px.at<float>(at) <= 0) continue;
-    const Eigen::Vector2d n = stripes.orientations[o].normal();
+  for (std::size_t o = 0; o < stripes.readings.orientations.size(); ++o) {
+    if (stripes.readings.coordinates[o].sigma_px.at<float>(at) <= 0) continue;
+    const Eigen::Vector2d n = stripes.readings.orientations[o].normal();
     normal += n * n.transpose();
-    right += n * stripes.coordinates[o].coordinate_px.at<double>(at);
+    right += n * stripes.readings.coordinates[o].coordinate_px.at<double>(at);
   }
   if (normal.determinant() < 0.1) return std::nullopt;
   return normal.llt().solve(right);
@@ -83,9 +83,10 @@ cv::Mat corner_hull(const std::vector<Eigen::Vector2d>& corners, cv::Size size) 
 
 std::vector<StripeView> stripe_views(const BoardStripes& stripes, const cv::Mat& hull, const ThinningOptions& options) {
   std::vector<StripeView> views;
-  for (std::size_t o = 0; o < stripes.orientations.size(); ++o) {
-    StripeView view{stripes.camera, stripes.projector, stripes.placement, stripes.orientations[o].normal(), {}, {}};
-    const StripeCoordinates& read = stripes.coordinates[o];
+  for (std::size_t o = 0; o < stripes.readings.orientations.size(); ++o) {
+    StripeView view{
+        stripes.camera, stripes.projector, stripes.placement, stripes.readings.orientations[o].normal(), {}, {}};
+    const StripeCoordinates& read = stripes.readings.coordinates[o];
     for_each_cell(hull, options.spacing_px, [&](const cv::Rect& cell) {
       const auto at = best_in(read.sigma_px, hull, cell);
       if (!at) return;
@@ -99,9 +100,9 @@ std::vector<StripeView> stripe_views(const BoardStripes& stripes, const cv::Mat&
 
 PixelPairs pixel_pairs(const BoardStripes& stripes, const cv::Mat& hull, const ThinningOptions& options) {
   PixelPairs pairs{stripes.camera, stripes.projector, stripes.placement, {}, {}};
-  if (stripes.orientations.empty()) return pairs;
+  if (stripes.readings.orientations.empty()) return pairs;
   for_each_cell(hull, options.pair_spacing_px, [&](const cv::Rect& cell) {
-    const auto at = best_in(stripes.coordinates.front().sigma_px, hull, cell);
+    const auto at = best_in(stripes.readings.coordinates.front().sigma_px, hull, cell);
     const auto pixel = at ? projector_pixel(stripes, *at) : std::nullopt;
     if (!pixel) return;
     pairs.camera_pixels.emplace_back(at->x, at->y);

@@ -11,7 +11,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "calib/initial_rig.h"
-#include "recon/stripe_phase.h"
+#include "recon/station.h"
 #include "solvers/observations.h"
 
 namespace crumple {
@@ -21,9 +21,7 @@ struct BoardStripes {
   std::size_t camera = 0;
   std::size_t projector = 0;
   std::size_t placement = 0;
-  std::vector<StripeOrientation> orientations;
-  std::vector<StripeCoordinates> coordinates;  // one per orientation
-  cv::Mat white;                               // the frame under full light
+  StationReadings readings;
 };
 
 struct ThinningOptions {

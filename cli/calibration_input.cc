@@ -9,7 +9,6 @@
 
 #include "calib/detect_board.h"
 #include "cli/progress.h"
-#include "recon/read_stripes.h"
 #include "solvers/parallel.h"
 
 namespace crumple {
@@ -67,10 +66,9 @@ Expected<BoardStripes> read_board_stripes(const Capture& capture, const Calibrat
   const std::string& camera = input.data.sensors[view.sensor].name;
   auto images = read_stripe_images(capture, camera, station);
   if (!images) return tl::unexpected(images.error());
-  auto coordinates = read_stripes(*images, {}, {});
-  if (!coordinates) return fail(fmt::format("station {}, {}: {}", station, camera, coordinates.error().message));
-  return BoardStripes{view.sensor,  projector, view.placement, capture.orientations, std::move(*coordinates),
-                      images->white};
+  auto readings = read_stripes(*images, {});
+  if (!readings) return fail(fmt::format("station {}, {}: {}", station, camera, readings.error().message));
+  return BoardStripes{view.sensor, projector, view.placement, std::move(*readings)};
 }
 
 // Every camera's stripes on every board it found, as observations and as the projector's start.
@@ -79,7 +77,7 @@ Expected<void> add_stripes(const Capture& capture, std::size_t projector, Calibr
   for (const CornerView& view : input.data.observations.corners) {
     auto stripes = read_board_stripes(capture, input, view, projector);
     if (!stripes) return tl::unexpected(stripes.error());
-    const cv::Mat hull = corner_hull(view.pixels, stripes->white.size());
+    const cv::Mat hull = corner_hull(view.pixels, stripes->readings.white.size());
     std::vector<StripeView> views = stripe_views(*stripes, hull, {});
     if (views.empty()) {
       return fail(

@@ -76,6 +76,20 @@ json views_json(const Calibration& calibration) {
   return views;
 }
 
+json held_out_json(const HeldOutBoard& board) {
+  return {{"station", board.station},
+          {"points", board.points},
+          {"kept_of_white", board.kept_of_white},
+          {"dense_plane_rms_mm", board.dense_plane_rms_mm},
+          {"dense_plane_rms_untrimmed_mm", board.dense_plane_rms_untrimmed_mm},
+          {"trimmed_share", board.trimmed_share},
+          {"dense_shape_rms_mm", board.dense_shape_rms_mm},
+          {"corner_plane_rms_mm", board.corner_plane_rms_mm},
+          {"pitch_rms_mm", board.pitch_rms_mm},
+          {"diagonal_error_mm", {board.diagonal_error_mm[0], board.diagonal_error_mm[1]}},
+          {"mean_sigma_mm", board.mean_sigma_mm}};
+}
+
 }  // namespace
 
 json calibration_summary(const Calibration& calibration, const Verdict& verdict,
@@ -139,6 +153,32 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
                                                    warp.y(), calibration.warp_statistic)
                                      : std::string("board: taken as flat\n");
   return text + "scale uncertainty: unknown, the board has no certificate\n";
+}
+
+json cross_validation_summary(const CrossValidation& validation) {
+  json summary = held_out_json(validation.mean);
+  summary.erase("station");
+  summary["diagonal_error_mm"] = validation.mean.diagonal_error_mm[0];
+  summary["placements"] = json::array();
+  for (const HeldOutBoard& board : validation.boards) summary["placements"].push_back(held_out_json(board));
+  return summary;
+}
+
+std::string cross_validation_text(const CrossValidation& validation) {
+  std::string text =
+      "left out  points  of white  dense plane RMS  untrimmed  trimmed  to shape  corner plane  pitch RMS  diagonals "
+      "(mm)\n";
+  const auto row = [&](const HeldOutBoard& board, const std::string& diagonals) {
+    text += fmt::format("{:>8} {:7} {:7.2f} % {:16.3f} {:10.3f} {:6.2f} % {:9.3f} {:13.3f} {:10.3f}  {}\n",
+                        board.station, board.points, 100 * board.kept_of_white, board.dense_plane_rms_mm,
+                        board.dense_plane_rms_untrimmed_mm, 100 * board.trimmed_share, board.dense_shape_rms_mm,
+                        board.corner_plane_rms_mm, board.pitch_rms_mm, diagonals);
+  };
+  for (const HeldOutBoard& board : validation.boards) {
+    row(board, fmt::format("{:+.2f} {:+.2f}", board.diagonal_error_mm[0], board.diagonal_error_mm[1]));
+  }
+  row(validation.mean, fmt::format("{:.3f}", validation.mean.diagonal_error_mm[0]));
+  return text;
 }
 
 }  // namespace crumple

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/cross_validate.h"
 #include "calib/verdict.h"
 #include "cli/calibration_input.h"
 
@@ -16,5 +17,8 @@ nlohmann::json calibration_summary(const Calibration& calibration, const Verdict
 
 std::string calibration_text(const Calibration& calibration, const Verdict& verdict,
                              const std::vector<SkippedView>& skipped);
+
+nlohmann::json cross_validation_summary(const CrossValidation& validation);
+std::string cross_validation_text(const CrossValidation& validation);
 
 }  // namespace crumple

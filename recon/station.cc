@@ -109,18 +109,13 @@ CloudPoint make_point(const StationGeometry& geometry, const Eigen::Vector3d& ra
 
 class Station {
  public:
-  Station(const StationGeometry& geometry, const StripeImages& images, const StationOptions& options)
-      : geometry_(geometry), images_(images), options_(options), lit_(lit_mask(images, options.decode)) {
-    lit_count_ = cv::countNonZero(lit_);
+  Station(const StationGeometry& geometry, const StationReadings& readings, const StationOptions& options)
+      : geometry_(geometry), readings_(readings), options_(options), lit_count_(cv::countNonZero(readings.lit)) {
     result_.cloud.stations = {options.name};
   }
 
   Expected<StationCloud> run() {
-    for (std::size_t i = 0; i < images_.stacks.size(); ++i) {
-      auto decoded = decode_stripes(images_, i, lit_, options_.decode);
-      if (!decoded) return tl::unexpected(decoded.error());
-      add_orientation(i, *decoded);
-    }
+    for (std::size_t i = 0; i < readings_.orientations.size(); ++i) add_orientation(i);
     const bool weighted = options_.estimator == Estimator::weighted;
     leave_out_blind(result_.orientations,
                     weighted ? options_.weighted_least_sensitivity : options_.paper_least_sensitivity);
@@ -130,24 +125,17 @@ class Station {
           fmt::format("nothing could be reconstructed at {}: {} of {} pixels are lit; check the exposure, that the "
                       "frames belong to "
                       "their orientations, and that the rig belongs to this capture",
-                      options_.name, lit_count_, lit_.total()));
+                      options_.name, lit_count_, readings_.lit.total()));
     }
     summarise();
     return std::move(result_);
   }
 
  private:
-  void add_orientation(std::size_t i, const DecodedStripes& decoded) {
-    const StripeStack& stack = images_.stacks[i];
-    const StripeCoordinates coordinates = options_.estimator == Estimator::weighted
-                                              ? estimate_stripe_phase(images_, i, decoded, options_.phase)
-                                              : stripe_centres(images_, stack, decoded);
-    depths_.push_back(triangulate(geometry_, coordinates, stack.orientation.normal()));
-    result_.orientations.push_back(
-        describe(stack.orientation, depths_.back().rate, depths_.back().sigma_px, lit_count_));
-    if (options_.estimator == Estimator::edges) {
-      crossings_.push_back(find_stripe_edges(images_, i, decoded, options_.edges));
-    }
+  void add_orientation(std::size_t i) {
+    const StripeOrientation& orientation = readings_.orientations[i];
+    depths_.push_back(triangulate(geometry_, readings_.coordinates[i], orientation.normal()));
+    result_.orientations.push_back(describe(orientation, depths_.back().rate, depths_.back().sigma_px, lit_count_));
   }
 
   std::optional<CombinedDepth> combine(int x, int y) const {
@@ -163,14 +151,14 @@ class Station {
   }
 
   void collect_pixels() {
-    const cv::Size size = lit_.size();
+    const cv::Size size = readings_.lit.size();
     result_.depth_mm = cv::Mat(size, CV_64F, cv::Scalar(0));
     result_.sigma_mm = cv::Mat(size, CV_32F, cv::Scalar(0));
     cv::Mat quality(size, CV_32F, cv::Scalar(0));
     cv::parallel_for_({0, size.height}, [&](const cv::Range& rows) {
       for (int y = rows.start; y < rows.end; ++y) {
         for (int x = 0; x < size.width; ++x) {
-          if (lit_.at<std::uint8_t>(y, x) == 0) continue;
+          if (readings_.lit.at<std::uint8_t>(y, x) == 0) continue;
           const auto depth = combine(x, y);
           if (!depth) continue;
           result_.depth_mm.at<double>(y, x) = depth->depth_mm;
@@ -207,17 +195,17 @@ class Station {
   }
 
   float intensity(int x, int y) const {
-    const double grey =
-        images_.white.depth() == CV_16U ? images_.white.at<std::uint16_t>(y, x) : images_.white.at<std::uint8_t>(y, x);
-    return static_cast<float>(grey / full_range(images_.white));
+    const cv::Mat& white = readings_.white;
+    const double grey = white.depth() == CV_16U ? white.at<std::uint16_t>(y, x) : white.at<std::uint8_t>(y, x);
+    return static_cast<float>(grey / full_range(white));
   }
 
   void collect_crossings() {
-    for (std::size_t i = 0; i < crossings_.size(); ++i) {
+    for (std::size_t i = 0; i < readings_.crossings.size(); ++i) {
       if (!result_.orientations[i].used) continue;
       const StripeTriangulator triangulator(geometry_.projector, geometry_.proj_from_cam,
-                                            images_.stacks[i].orientation.normal());
-      for (const StripeCrossing& crossing : crossings_[i]) add_crossing(triangulator, crossing);
+                                            readings_.orientations[i].normal());
+      for (const StripeCrossing& crossing : readings_.crossings[i]) add_crossing(triangulator, crossing);
     }
   }
 
@@ -245,12 +233,10 @@ class Station {
   }
 
   const StationGeometry& geometry_;
-  const StripeImages& images_;
+  const StationReadings& readings_;
   const StationOptions& options_;
-  cv::Mat lit_;
   int lit_count_ = 0;
   std::vector<DepthImages> depths_;
-  std::vector<std::vector<StripeCrossing>> crossings_;
   StationCloud result_;
 };
 
@@ -264,22 +250,43 @@ StationGeometry::StationGeometry(const Lens& camera_lens, const Lens& projector_
       probe_from_cam(camera_from_probe.inverse()),
       rays(camera_lens) {}
 
+Expected<StationReadings> read_stripes(const StripeImages& images, const StationOptions& options) {
+  if (auto sound = check_images(images); !sound) return tl::unexpected(sound.error());
+  StationReadings readings{images.projector, images.white, lit_mask(images, options.decode), {}, {}, {}};
+  for (std::size_t i = 0; i < images.stacks.size(); ++i) {
+    const auto decoded = decode_stripes(images, i, readings.lit, options.decode);
+    if (!decoded) return tl::unexpected(decoded.error());
+    readings.orientations.push_back(images.stacks[i].orientation);
+    readings.coordinates.push_back(options.estimator == Estimator::weighted
+                                       ? estimate_stripe_phase(images, i, *decoded, options.phase)
+                                       : stripe_centres(images, images.stacks[i], *decoded));
+    if (options.estimator == Estimator::edges) {
+      readings.crossings.push_back(find_stripe_edges(images, i, *decoded, options.edges));
+    }
+  }
+  return readings;
+}
+
+Expected<StationCloud> reconstruct_readings(const StationGeometry& geometry, const StationReadings& readings,
+                                            const StationOptions& options) {
+  const ImageSize camera = geometry.camera.size();
+  if (readings.white.cols != camera.width_px || readings.white.rows != camera.height_px) {
+    return fail(fmt::format("{}: its frames are {} x {} but the rig's camera is {} x {}: is it another rig's capture?",
+                            options.name, readings.white.cols, readings.white.rows, camera.width_px, camera.height_px));
+  }
+  if (!(readings.projector == geometry.projector.size())) {
+    return fail(fmt::format("{}: its stripes are for a projector of {} x {} but the rig's has {} x {}", options.name,
+                            readings.projector.width_px, readings.projector.height_px,
+                            geometry.projector.size().width_px, geometry.projector.size().height_px));
+  }
+  return Station(geometry, readings, options).run();
+}
+
 Expected<StationCloud> reconstruct_station(const StationGeometry& geometry, const StripeImages& images,
                                            const StationOptions& options) {
-  if (auto ok = check_images(images); !ok) {
-    return fail(fmt::format("{}: {}", options.name, ok.error().message));
-  }
-  const ImageSize camera = geometry.camera.size();
-  if (images.white.cols != camera.width_px || images.white.rows != camera.height_px) {
-    return fail(fmt::format("{}: its frames are {} x {} but the rig's camera is {} x {}: is it another rig's capture?",
-                            options.name, images.white.cols, images.white.rows, camera.width_px, camera.height_px));
-  }
-  if (!(images.projector == geometry.projector.size())) {
-    return fail(fmt::format("{}: its stripes are for a projector of {} x {} but the rig's has {} x {}", options.name,
-                            images.projector.width_px, images.projector.height_px, geometry.projector.size().width_px,
-                            geometry.projector.size().height_px));
-  }
-  return Station(geometry, images, options).run();
+  const auto readings = read_stripes(images, options);
+  if (!readings) return fail(fmt::format("{}: {}", options.name, readings.error().message));
+  return reconstruct_readings(geometry, *readings, options);
 }
 
 }  // namespace crumple

@@ -66,6 +66,16 @@ struct OrientationReport {
   std::string reason;  // a sentence where it was left out
 };
 
+// What the frames of one station say, before any rig is known.
+struct StationReadings {
+  ImageSize projector;
+  cv::Mat white;
+  cv::Mat lit;  // CV_8U, 255 where pixels are lit and unmixed
+  std::vector<StripeOrientation> orientations;
+  std::vector<StripeCoordinates> coordinates;          // per orientation; the paper's are whole stripes' centres
+  std::vector<std::vector<StripeCrossing>> crossings;  // per orientation; only for Estimator::edges
+};
+
 struct StationCloud {
   Cloud cloud;
   cv::Mat depth_mm;  // CV_64F per camera pixel; 0 where there is no point; empty for Estimator::edges
@@ -75,7 +85,14 @@ struct StationCloud {
   double median_sigma_mm = 0;
 };
 
-// Fails where images do not fit each other, the sensors or the bit rule, or nothing could be reconstructed.
+// Fails where images do not fit each other or the bit rule.
+Expected<StationReadings> read_stripes(const StripeImages& images, const StationOptions& options);
+
+// Fails where the readings are not of the geometry's sensors, or nothing could be reconstructed.
+Expected<StationCloud> reconstruct_readings(const StationGeometry& geometry, const StationReadings& readings,
+                                            const StationOptions& options);
+
+// The one after the other.
 Expected<StationCloud> reconstruct_station(const StationGeometry& geometry, const StripeImages& images,
                                            const StationOptions& options);
 

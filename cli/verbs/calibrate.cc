@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include "calib/cross_validate.h"
 #include "calib/verdict.h"
 #include "cli/calibration_input.h"
 #include "cli/calibration_summary.h"
 #include "cli/flags.h"
+#include "cli/progress.h"
 #include "cli/record.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/json_text.h"
@@ -16,6 +18,8 @@
 
 DEFINE_string(sensors, "", "names of the sensors to calibrate, comma-separated; empty: all");
 DEFINE_string(warp, "auto", "board warp: off, on, or auto: kept where it is significant");
+DEFINE_bool(cross_validate, false,
+            "also leave each board placement out in turn and reconstruct it with the rig of the others");
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
 namespace crumple {
@@ -61,8 +65,16 @@ Expected<VerbResult> run(const VerbContext& context) {
   VerbResult result;
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
   result.document = calibration_summary(*calibration, verdict, input->skipped);
-  result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   result.text = calibration_text(*calibration, verdict, input->skipped);
+  if (FLAGS_cross_validate) {
+    Progress progress("cross-validating", input->stripes.size());
+    const auto validation =
+        cross_validate(input->data, input->stripes, *options, {}, [&progress] { progress.advance(); });
+    if (!validation) return tl::unexpected(validation.error());
+    result.document["cross_validation"] = cross_validation_summary(*validation);
+    result.text += cross_validation_text(*validation);
+  }
+  result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto summary = json_text(result.document);
   if (!summary) return tl::unexpected(summary.error());
   if (auto done = write_rig(folder->path(), rig_of(*calibration)); !done) return tl::unexpected(done.error());
@@ -86,7 +98,7 @@ Verb calibrate_verb() {
           .example = "$ crumple calibrate stereo_chessboard.yaml --images=photos --out=rig\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "outliers", "threads", "overwrite", "json"},
+          .flags = {"out", "images", "sensors", "warp", "outliers", "cross_validate", "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};
 }

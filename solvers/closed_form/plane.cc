@@ -34,7 +34,8 @@ Expected<Plane> fit_plane(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& p : points) scatter += (p - plane.point) * (p - plane.point).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-  if (!(eigen.eigenvalues()[1] > 1e-12 * eigen.eigenvalues()[2])) return fail("the points lie on a line, not on a plane");
+  if (!(eigen.eigenvalues()[1] > 1e-12 * eigen.eigenvalues()[2]))
+    return fail("the points lie on a line, not on a plane");
   plane.normal = eigen.eigenvectors().col(0);
   return plane;
 }
