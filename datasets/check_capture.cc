@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "datasets/board_check.h"
 #include "datasets/exposure_check.h"
 #include "datasets/sequence_check.h"
 
@@ -82,6 +83,17 @@ void check_exclusions(const Capture& capture, std::vector<Finding>& findings) {
   }
 }
 
+std::vector<Finding> check_station_board(const Capture& capture, const std::string& camera, const Station& station,
+                                         const StationFrames& frames) {
+  if (!capture.board || !station.board) return {};
+  std::vector<ShownFrame> shown;
+  for (std::size_t i = 0; i < frames.images.size(); ++i) {
+    const std::string name = capture.image_file(camera, station.id, i).filename().string();
+    shown.push_back({capture.frames[i], name, frames.images[i]});
+  }
+  return check_board(shown, *capture.board, full_scale_of(shown), where_of(camera, station.id));
+}
+
 }  // namespace
 
 bool has_error(const std::vector<Finding>& findings) {
@@ -120,6 +132,11 @@ std::vector<Finding> check_capture(const Capture& capture) {
       const StationFrames frames = check_station(capture, sensor.name, station.id);
       findings.insert(findings.end(), frames.findings.begin(), frames.findings.end());
       if (!has_images(frames.images)) continue;
+      // Frames in the wrong places would only mislead the search for the board.
+      if (!has_error(frames.findings)) {
+        const std::vector<Finding> board = check_station_board(capture, sensor.name, station, frames);
+        findings.insert(findings.end(), board.begin(), board.end());
+      }
       const auto [same, is_new] = station_of_fingerprint.emplace(fingerprint(frames.images), station.id);
       if (!is_new) {
         findings.push_back({Severity::error, where_of(sensor.name, station.id),

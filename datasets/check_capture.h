@@ -1,8 +1,8 @@
 // What is wrong with a capture, file by file: what `crumple check` prints.
 //
 // Files that are missing, empty, truncated, of another size, depth or format; frames that are dark or saturated
-// (exposure_check.h); frames out of order (sequence_check.h); two stations that hold the same images; exclusions that
-// leave nothing. Excluded stations are not read.
+// (exposure_check.h); a board that is not found or not lit (board_check.h); frames out of order (sequence_check.h); two
+// stations that hold the same images; exclusions that leave nothing. Excluded stations are not read.
 #pragma once
 
 #include <string>

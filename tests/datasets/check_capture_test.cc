@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "datasets/board_check.h"
 #include "datasets/exposure_check.h"
 #include "datasets/sequence_check.h"
 #include "tests/datasets/public_data.h"
@@ -166,6 +167,44 @@ TEST(CheckRealImages, NamesFaultsMadeInProcam) {
     frames[41].image = cv::Mat();
     EXPECT_THAT(sentence(frames), HasSubstr("a frame was dropped: what " + clean[dropped].name));
   }
+}
+
+cv::Mat drawn_board(cv::Size squares, int side_px) {
+  cv::Mat image((squares.height + 2) * side_px, (squares.width + 2) * side_px, CV_8U, cv::Scalar(200));
+  for (int y = 0; y < squares.height; ++y) {
+    for (int x = 0; x < squares.width; ++x) {
+      const cv::Rect square((x + 1) * side_px, (y + 1) * side_px, side_px, side_px);
+      if ((x + y) % 2 == 0) image(square).setTo(30);
+    }
+  }
+  return image;
+}
+
+TEST(BoardCheck, NoticesABoardTheProjectorDoesNotLight) {
+  const Board board{8, 5, 10, {0, 0}};
+  const cv::Mat white = drawn_board({9, 6}, 40);
+  cv::Mat black = white * 0.1;
+  const auto findings = [&] {
+    return check_board({{{FrameContent::Kind::white, 0, 0, false}, "w.png", white},
+                        {{FrameContent::Kind::black, 0, 0, false}, "k.png", black}},
+                       board, 255, "here");
+  };
+  EXPECT_TRUE(findings().empty());
+  // Room light shows the board; the projector lights the margin only.
+  white.copyTo(black);
+  black.rowRange(0, 40).setTo(0);
+  ASSERT_EQ(findings().size(), 1U);
+  EXPECT_EQ(findings()[0].severity, Severity::error);
+  EXPECT_THAT(findings()[0].sentence, HasSubstr("lights none of the board"));
+}
+
+TEST(BoardCheck, WarnsWhereNoBoardIsFound) {
+  const cv::Mat grey(300, 400, CV_8U, cv::Scalar(90));
+  const auto findings =
+      check_board({{{FrameContent::Kind::ambient, 0, 0, false}, "a.png", grey}}, {8, 5, 10, {0, 0}}, 255, "here");
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].severity, Severity::warning);
+  EXPECT_THAT(findings[0].sentence, HasSubstr("the board is not found in a.png"));
 }
 
 TEST(ExposureCheck, KnowsTheScaleOfDeepImages) {

@@ -1,0 +1,67 @@
+#include "datasets/board_check.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/detect_board.h"
+
+namespace crumple {
+namespace {
+
+using Kind = FrameContent::Kind;
+
+constexpr double kLitThreshold = 0.02;  // of full scale; a board's dark squares return little light
+constexpr double kLeastLitShare = 0.05;
+
+const ShownFrame* find(const std::vector<ShownFrame>& frames, Kind kind) {
+  const auto found = std::find_if(frames.begin(), frames.end(), [kind](const ShownFrame& frame) {
+    return frame.content.kind == kind && !frame.image.empty();
+  });
+  return found == frames.end() ? nullptr : &*found;
+}
+
+// 255 within the hull of the corners.
+cv::Mat1b hull_mask(const DetectedBoard& board, cv::Size size) {
+  std::vector<cv::Point> corners;
+  for (const Eigen::Vector2d& pixel : board.pixels) corners.emplace_back(cvRound(pixel.x()), cvRound(pixel.y()));
+  std::vector<cv::Point> hull;
+  cv::convexHull(corners, hull);
+  cv::Mat1b mask(size, 0);
+  cv::fillConvexPoly(mask, hull, 255);
+  return mask;
+}
+
+}  // namespace
+
+std::vector<Finding> check_board(const std::vector<ShownFrame>& frames, const Board& board, double full_scale,
+                                 const std::string& where) {
+  const ShownFrame* white = find(frames, Kind::white);
+  const ShownFrame* ambient = find(frames, Kind::ambient);
+  const ShownFrame* black = find(frames, Kind::black);
+  const ShownFrame* shown = white != nullptr ? white : ambient;
+  if (shown == nullptr) return {};
+  auto detected = detect_board(shown->image, board);
+  const bool by_ambient = !detected && white != nullptr && ambient != nullptr;
+  if (by_ambient) detected = detect_board(ambient->image, board);
+  if (!detected) {
+    return {{Severity::warning, where,
+             fmt::format("the board is not found in {}: {}; this view will not be used", shown->name,
+                         detected.error().message)}};
+  }
+  if (white == nullptr || black == nullptr) return {};
+  const cv::Mat1b mask = hull_mask(*detected, white->image.size());
+  cv::Mat difference;
+  cv::subtract(white->image, black->image, difference, cv::noArray(), CV_32F);
+  const cv::Mat lit = (difference > kLitThreshold * full_scale) & mask;
+  const double share = cv::countNonZero(lit) / std::max(1.0, static_cast<double>(cv::countNonZero(mask)));
+  if (share >= kLeastLitShare) return {};
+  return {{Severity::error, where,
+           fmt::format("the projector lights none of the board: {} is brighter than {} on {:.1f} % of its area; aim "
+                       "the projector at the board",
+                       white->name, black->name, 100 * share)}};
+}
+
+}  // namespace crumple
