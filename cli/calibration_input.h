@@ -23,8 +23,8 @@ struct CalibrationInput {
   std::vector<SkippedView> skipped;
 };
 
-// Sensors named in `only` (all where it is empty), cameras first. Fails on an image that cannot be read; a board that is
-// not found only loses its view.
+// Sensors named in `only` (all where it is empty), cameras first. Fails on an image that cannot be read; a board that
+// is not found only loses its view.
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
                                                   int threads);
 

@@ -57,7 +57,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistake{"patterns --undefok=x", "Unknown flag --undefok"},
                     Mistake{"patterns --fromenv=x", "Unknown flag --fromenv"},
                     Mistake{"patterns --minloglevel=0", "Unknown flag --minloglevel"},
-                    Mistake{"patterns --version", "Unknown flag --version"}, Mistake{"patterns --", "Unexpected argument --out"}));
+                    Mistake{"patterns --version", "Unknown flag --version"},
+                    Mistake{"patterns --", "Unexpected argument --out"}));
 
 TEST(Usage, AlternativeFormsOfFlags) {
   const TemporaryFolder home;
