@@ -18,7 +18,7 @@ install(TARGETS crumple RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 foreach(layer ${layers})
   install(TARGETS crumple_${layer} EXPORT CrumpleTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${layer} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/crumple
-    FILES_MATCHING PATTERN "*.h" ${not_installed})
+    FILES_MATCHING PATTERN "*.h" ${not_installed} PATTERN examples EXCLUDE PATTERN scenes EXCLUDE)
 endforeach()
 install(TARGETS crumple_options EXPORT CrumpleTargets)
 
