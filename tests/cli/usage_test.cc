@@ -17,6 +17,8 @@ struct Mistake {
   const char* said;
 };
 
+void PrintTo(const Mistake& mistake, std::ostream* stream) { *stream << mistake.arguments; }
+
 class UsageErrors : public testing::TestWithParam<Mistake> {};
 
 TEST_P(UsageErrors, EndWithCodeTwoAndASentence) {
