@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calib/calibrate.h"
+#include "calib/stripe_observations.h"
 #include "datasets/capture.h"
 #include "solvers/expected.h"
 
@@ -20,6 +21,7 @@ struct SkippedView {
 
 struct CalibrationInput {
   CalibrationData data;
+  std::vector<BoardStripes> stripes;  // one per camera, projector and placement
   std::vector<SkippedView> skipped;
 };
 
