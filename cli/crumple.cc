@@ -42,8 +42,7 @@ int report_error(const std::string& sentence, ExitCode exit_code, bool json) {
 }
 
 int report(const VerbResult& result, bool json) {
-  const bool is_error = result.exit_code == ExitCode::usage || result.exit_code == ExitCode::bad_input ||
-                        result.exit_code == ExitCode::internal_error;
+  const bool is_error = result.exit_code == ExitCode::usage || result.exit_code == ExitCode::internal_error;
   if (is_error) return report_error(result.text, result.exit_code, json);
   if (!json) return print_to_stdout(result.text, result.exit_code);
   const auto text = json_text(result.document);

@@ -29,7 +29,7 @@ struct VerbContext {
 };
 
 // What a verb answers. Printed once, at the end: `text` on stdout, or `document` instead where --json was given. With
-// `usage`, `bad_input` and `internal_error` the text is an error sentence and goes to stderr.
+// `usage` and `internal_error` the text is an error sentence and goes to stderr.
 struct VerbResult {
   ExitCode exit_code = ExitCode::done;
   std::string text;

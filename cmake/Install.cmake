@@ -7,11 +7,18 @@ include(GNUInstallDirs)
 set(layers solvers recon calib datasets)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/Crumple)
 
+# These show the types of libraries that a user of ours need not have.
+file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/internal_headers.txt internal_headers)
+set(not_installed)
+foreach(header ${internal_headers})
+  list(APPEND not_installed PATTERN ${header} EXCLUDE)
+endforeach()
+
 install(TARGETS crumple RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 foreach(layer ${layers})
   install(TARGETS crumple_${layer} EXPORT CrumpleTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${layer} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/crumple
-    FILES_MATCHING PATTERN "*.h")
+    FILES_MATCHING PATTERN "*.h" ${not_installed} PATTERN examples EXCLUDE PATTERN scenes EXCLUDE)
 endforeach()
 install(TARGETS crumple_options EXPORT CrumpleTargets)
 

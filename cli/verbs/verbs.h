@@ -9,6 +9,7 @@ namespace crumple {
 
 Verb calibrate_verb();
 Verb patterns_verb();
+Verb check_verb();
 
 std::vector<Verb> all_verbs();
 

@@ -17,6 +17,8 @@ struct Mistake {
   const char* said;
 };
 
+void PrintTo(const Mistake& mistake, std::ostream* stream) { *stream << mistake.arguments; }
+
 class UsageErrors : public testing::TestWithParam<Mistake> {};
 
 TEST_P(UsageErrors, EndWithCodeTwoAndASentence) {
@@ -57,7 +59,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistake{"patterns --undefok=x", "Unknown flag --undefok"},
                     Mistake{"patterns --fromenv=x", "Unknown flag --fromenv"},
                     Mistake{"patterns --minloglevel=0", "Unknown flag --minloglevel"},
-                    Mistake{"patterns --version", "Unknown flag --version"}, Mistake{"patterns --", "Unexpected argument --out"}));
+                    Mistake{"patterns --version", "Unknown flag --version"},
+                    Mistake{"patterns --", "Unexpected argument --out"}));
 
 TEST(Usage, AlternativeFormsOfFlags) {
   const TemporaryFolder home;

@@ -92,6 +92,10 @@ struct Damage {
   std::string said;
 };
 
+void PrintTo(const Damage& damage, std::ostream* stream) {
+  *stream << damage.file << ": " << damage.old_text << " -> " << damage.new_text;
+}
+
 class DamagedRig : public testing::TestWithParam<Damage> {};
 
 TEST_P(DamagedRig, IsRefusedNamingFileAndPlace) {

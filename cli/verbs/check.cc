@@ -1,0 +1,68 @@
+// check: capture -> what is wrong with it, file by file.
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include "cli/flags.h"
+#include "cli/verbs/verbs.h"
+#include "datasets/check_capture.h"
+
+namespace crumple {
+namespace {
+
+nlohmann::json as_json(const Finding& finding) {
+  return {{"severity", finding.severity == Severity::error ? "error" : "warning"},
+          {"where", finding.where},
+          {"sentence", finding.sentence}};
+}
+
+std::size_t count(const std::vector<Finding>& findings, Severity severity) {
+  return static_cast<std::size_t>(std::count_if(findings.begin(), findings.end(),
+                                                [&](const Finding& finding) { return finding.severity == severity; }));
+}
+
+Expected<VerbResult> run(const VerbContext& context) {
+  const auto capture = read_capture(context.inputs.front(), images_folder());
+  if (!capture) return tl::unexpected(capture.error());
+  const std::vector<Finding> findings = check_capture(*capture);
+  const std::size_t errors = count(findings, Severity::error);
+  const std::size_t warnings = count(findings, Severity::warning);
+  VerbResult result;
+  result.exit_code = errors == 0 ? ExitCode::done : ExitCode::bad_input;
+  result.document = {{"capture", capture->description.string()},
+                     {"stations", capture->stations.size()},
+                     {"errors", errors},
+                     {"warnings", warnings},
+                     {"findings", nlohmann::json::array()}};
+  for (const Finding& finding : findings) {
+    const char* const severity = finding.severity == Severity::error ? "error" : "warning";
+    result.text += fmt::format("{}: {}: {}\n", severity, finding.where, finding.sentence);
+    result.document["findings"].push_back(as_json(finding));
+  }
+  result.text += fmt::format("{} stations, errors: {}, warnings: {}\n", capture->stations.size(), errors, warnings);
+  return result;
+}
+
+}  // namespace
+
+Verb check_verb() {
+  return {.name = "check",
+          .purpose = "say what is wrong with a capture, file by file",
+          .usage = "CAPTURE.yaml [--flags]",
+          .description =
+              "Reads every image of every station that is not excluded: missing, empty or truncated files, "
+              "wrong sizes and depths, dark or saturated frames, frames out of order, stations with the same "
+              "images. Exit code 3 where there is an error; warnings alone leave it at 0.",
+          .example =
+              "$ crumple check campaign/capture.yaml\n"
+              "error: station 3, camera left: campaign/left/3_07.png does not exist\n"
+              "12 stations, errors: 1, warnings: 0\n",
+          .min_inputs = 1,
+          .max_inputs = 1,
+          .flags = {"images", "json"},
+          .required = {},
+          .run = run};
+}
+
+}  // namespace crumple
