@@ -1,0 +1,34 @@
+// Where the renderer looks within a pixel and an aperture.
+//
+// Points come from the (0,2)-sequence of van der Corput and Sobol, scrambled per pixel (Kollig and Keller 2002): any
+// prefix of 4^k points is stratified in every elementary interval, and more points may be added to a pixel later.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace crumple {
+
+// A well-mixed hash of a stream of numbers, to seed each pixel and each noise row on its own.
+std::uint64_t mix(std::uint64_t seed, std::uint64_t value);
+
+// Point `index` of the sequence in the unit square, scrambled.
+Eigen::Vector2d stratified_point(std::uint32_t index, std::uint64_t scramble);
+
+// The unit square onto the unit disc, keeping areas (Shirley and Chiu 1997).
+Eigen::Vector2d on_disc(const Eigen::Vector2d& unit);
+
+// A pixel's footprint along one axis: a unit box convolved with a Gaussian of sigma `blur_px`.
+class Footprint {
+ public:
+  explicit Footprint(double blur_px);
+  double offset_px(double unit) const;  // the quantile at `unit` in [0, 1)
+  double reach_px() const { return quantiles_.back(); }
+
+ private:
+  std::vector<double> quantiles_;
+};
+
+}  // namespace crumple
