@@ -29,7 +29,7 @@ struct CaptureSensor {
 // What the projector showed while a frame was taken.
 struct FrameContent {
   enum class Kind { ambient, white, black, stripes, chessboard };
-  Kind kind = Kind::ambient;  // ambient: no projector involved, such as a plain board image
+  Kind kind = Kind::ambient;    // ambient: no projector involved, such as a plain board image
   std::size_t orientation = 0;  // stripes: index into Capture::orientations
   int bit = 0;                  // stripes: 0 is the most significant
   bool inverted = false;        // stripes

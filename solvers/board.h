@@ -1,9 +1,8 @@
 // The calibration board: a plane grid of corners, slightly bent.
 //
-// Board frame, mm: origin at the first inner corner, x along its row, y along its column, z = x cross y (into the board,
-// away from a camera that sees x to the right and y down).
-// Shape (mrcal's): z(x, y) = warp_x (1 - u^2) + warp_y (1 - v^2), u and v running from -1 to 1 between the outermost
-// corners; both warp terms in mm.
+// Board frame, mm: origin at the first inner corner, x along its row, y along its column, z = x cross y (into the
+// board, away from a camera that sees x to the right and y down). Shape (mrcal's): z(x, y) = warp_x (1 - u^2) + warp_y
+// (1 - v^2), u and v running from -1 to 1 between the outermost corners; both warp terms in mm.
 #pragma once
 
 #include <Eigen/Core>

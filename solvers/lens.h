@@ -2,7 +2,8 @@
 //
 // Frame: x right, y down, z forward, mm. Pixel (0,0) is the centre of the top-left pixel. A projector's lens is the
 // same thing with light going the other way. Models are mrcal's, by its names, evaluated by libmrcal with its analytic
-// gradients: LENSMODEL_PINHOLE (fx fy cx cy), LENSMODEL_OPENCV4 (+ k1 k2 p1 p2), _OPENCV5 (+ k3), _OPENCV8 (+ k4 k5 k6).
+// gradients: LENSMODEL_PINHOLE (fx fy cx cy), LENSMODEL_OPENCV4 (+ k1 k2 p1 p2), _OPENCV5 (+ k3), _OPENCV8 (+ k4 k5
+// k6).
 //
 // Validity: z > 0. Ray computation inverts the distortion by iteration; where it does not come back to the pixel to
 // 1e-6 px (beyond the fold of a polynomial distortion) there is no ray, and the functions say so.
@@ -90,6 +91,8 @@ class RayTable {
   Eigen::Vector3d at(int x, int y) const;
 
  private:
+  std::size_t index(int x, int y) const;
+
   int width_px_;
   std::vector<Eigen::Vector2d> rays_;
 };

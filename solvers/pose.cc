@@ -1,0 +1,65 @@
+#include "solvers/pose.h"
+
+#include <cmath>
+
+#include <Eigen/SVD>
+
+namespace crumple {
+
+Pose Pose::operator*(const Pose& a_from_z) const {
+  return {(rotation * a_from_z.rotation).normalized(), *this * a_from_z.translation};
+}
+
+Pose Pose::inverse() const {
+  const Eigen::Quaterniond inverse_rotation = rotation.conjugate();
+  return {inverse_rotation, -(inverse_rotation * translation)};
+}
+
+Eigen::Quaterniond rotation_from_vector(const Eigen::Vector3d& rotation_vector_rad) {
+  const double angle = rotation_vector_rad.norm();
+  // sin(a/2)/a by its series where the quotient would lose digits.
+  const double scale = angle < 1e-4 ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
+  Eigen::Quaterniond q;
+  q.w() = std::cos(angle / 2);
+  q.vec() = scale * rotation_vector_rad;
+  return q.normalized();
+}
+
+Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& rotation) {
+  const double sign = rotation.w() < 0 ? -1 : 1;
+  const Eigen::Vector3d v = sign * rotation.vec();
+  const double sine = v.norm();
+  const double cosine = sign * rotation.w();
+  const double scale = sine < 1e-8 ? 2 / cosine : 2 * std::atan2(sine, cosine) / sine;
+  return scale * v;
+}
+
+Pose retract(const Pose& pose, const Vector6d& step) {
+  return {(rotation_from_vector(step.head<3>()) * pose.rotation).normalized(), pose.translation + step.tail<3>()};
+}
+
+Vector6d local_step(const Pose& from, const Pose& to) {
+  Vector6d step;
+  step << rotation_vector(to.rotation * from.rotation.conjugate()), to.translation - from.translation;
+  return step;
+}
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Matrix3x6d d_transformed_d_pose(const Pose& pose, const Eigen::Vector3d& x) {
+  Matrix3x6d d;
+  d << -cross_matrix(pose.rotation * x), Eigen::Matrix3d::Identity();
+  return d;
+}
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+}  // namespace crumple

@@ -1,0 +1,59 @@
+#include "solvers/pose.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "tests/solvers/gradients.h"
+
+namespace crumple {
+namespace {
+
+Vector6d arbitrary_step() {
+  Vector6d v;
+  for (int i = 0; i < 6; ++i) v[i] = *rc::gen::inRange(-1000, 1001) * (i < 3 ? 1e-3 : 1.0);
+  return v;
+}
+
+RC_GTEST_PROP(Pose, InverseUndoesIt, ()) {
+  const Pose pose = retract({}, arbitrary_step());
+  const Eigen::Vector3d x(12, -7, 450);
+  RC_ASSERT((pose.inverse() * (pose * x) - x).norm() < 1e-10);
+}
+
+RC_GTEST_PROP(Pose, CompositionAppliesTheRightOneFirst, ()) {
+  const Pose b_from_a = retract({}, arbitrary_step());
+  const Pose c_from_b = retract({}, arbitrary_step());
+  const Eigen::Vector3d x(1, 2, 3);
+  RC_ASSERT(((c_from_b * b_from_a) * x - c_from_b * (b_from_a * x)).norm() < 1e-9);
+}
+
+RC_GTEST_PROP(Pose, LocalStepLeadsFromOneToTheOther, ()) {
+  const Pose from = retract({}, arbitrary_step());
+  const Vector6d step = arbitrary_step();
+  RC_ASSERT((local_step(from, retract(from, step)) - step).norm() < 1e-9);
+}
+
+TEST(Pose, SmallRotationVectorsSurvive) {
+  for (const double angle : {0.0, 1e-12, 1e-9, 1e-5, 1e-3, 3.14}) {
+    const Eigen::Vector3d v = angle * Eigen::Vector3d(1, -2, 2) / 3;
+    EXPECT_LT((rotation_vector(rotation_from_vector(v)) - v).norm(), 1e-15 + 1e-14 * angle) << angle;
+  }
+}
+
+TEST(Pose, DerivativeMatchesCentralDifferences) {
+  const Pose pose = retract({}, (Vector6d() << 0.3, -1.2, 0.7, 10, -20, 500).finished());
+  const Eigen::Vector3d x(30, 40, -5);
+  const auto moved = [&](const Eigen::VectorXd& step) { return Eigen::VectorXd(retract(pose, step) * x); };
+  const Eigen::MatrixXd numeric = central_differences(moved, Eigen::VectorXd::Zero(6));
+  EXPECT_LT((numeric - d_transformed_d_pose(pose, x)).norm(), 1e-6);
+}
+
+TEST(Pose, NearestRotationIsProper) {
+  const Eigen::Matrix3d mirror = Eigen::Vector3d(1, 1, -1.1).asDiagonal();
+  EXPECT_NEAR(nearest_rotation(mirror).determinant(), 1, 1e-12);
+  const Eigen::Matrix3d rotation = rotation_from_vector({0.1, 0.2, 0.3}).toRotationMatrix();
+  EXPECT_LT((nearest_rotation(2.5 * rotation) - rotation).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace crumple
