@@ -1,5 +1,6 @@
 #include "datasets/render/sampling.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -9,18 +10,47 @@ namespace {
 constexpr int quantile_cells = 4096;
 constexpr double gaussian_reach = 4;
 
-std::uint32_t reversed_bits(std::uint32_t bits) {
-  bits = (bits << 16) | (bits >> 16);
-  bits = ((bits & 0x00ff00ffU) << 8) | ((bits & 0xff00ff00U) >> 8);
-  bits = ((bits & 0x0f0f0f0fU) << 4) | ((bits & 0xf0f0f0f0U) >> 4);
-  bits = ((bits & 0x33333333U) << 2) | ((bits & 0xccccccccU) >> 2);
-  return ((bits & 0x55555555U) << 1) | ((bits & 0xaaaaaaaaU) >> 1);
+using DirectionNumbers = std::array<std::uint32_t, 32>;
+
+// A dimension's primitive polynomial (degree, inner coefficients) and initial numbers; degree 0 is van der Corput's.
+struct Dimension {
+  std::uint32_t degree, coefficients;
+  std::array<std::uint32_t, 4> initial;
+};
+
+constexpr std::array<Dimension, 6> dimensions{{{0, 0, {}},
+                                               {1, 0, {1}},
+                                               {2, 1, {1, 3}},
+                                               {3, 1, {1, 3, 1}},
+                                               {3, 2, {1, 1, 1}},
+                                               {4, 1, {1, 1, 3, 3}}}};
+
+constexpr DirectionNumbers direction_numbers(const Dimension& dimension) {
+  DirectionNumbers v{};
+  const std::uint32_t degree = dimension.degree;
+  for (std::uint32_t i = 0; i < 32; ++i) {
+    if (degree == 0) {
+      v[i] = 1U << (31 - i);
+    } else if (i < degree) {
+      v[i] = dimension.initial[i] << (31 - i);
+    } else {
+      v[i] = v[i - degree] ^ (v[i - degree] >> degree);
+      for (std::uint32_t k = 1; k < degree; ++k) {
+        if ((dimension.coefficients >> (degree - 1 - k)) & 1U) v[i] ^= v[i - k];
+      }
+    }
+  }
+  return v;
 }
 
-std::uint32_t sobol_second_dimension(std::uint32_t index) {
+constexpr std::array<DirectionNumbers, 6> sobol{
+    direction_numbers(dimensions[0]), direction_numbers(dimensions[1]), direction_numbers(dimensions[2]),
+    direction_numbers(dimensions[3]), direction_numbers(dimensions[4]), direction_numbers(dimensions[5])};
+
+std::uint32_t sobol_bits(std::uint32_t index, std::uint32_t dimension) {
   std::uint32_t bits = 0;
-  for (std::uint32_t direction = 1U << 31; index != 0; index >>= 1, direction ^= direction >> 1) {
-    if (index & 1U) bits ^= direction;
+  for (std::size_t i = 0; index != 0; index >>= 1, ++i) {
+    if (index & 1U) bits ^= sobol[dimension][i];
   }
   return bits;
 }
@@ -47,10 +77,11 @@ std::uint64_t mix(std::uint64_t seed, std::uint64_t value) {
   return z ^ (z >> 31);
 }
 
-Eigen::Vector2d stratified_point(std::uint32_t index, std::uint64_t scramble) {
-  const auto low = static_cast<std::uint32_t>(scramble);
-  const auto high = static_cast<std::uint32_t>(scramble >> 32);
-  return {unit_from_bits(reversed_bits(index) ^ low), unit_from_bits(sobol_second_dimension(index) ^ high)};
+Eigen::Vector2d sample_point(std::uint32_t index, SampleUse use, std::uint64_t pixel_bits) {
+  const auto pair = static_cast<std::uint32_t>(use);
+  const std::uint64_t scramble = mix(pixel_bits, pair);
+  return {unit_from_bits(sobol_bits(index, 2 * pair) ^ static_cast<std::uint32_t>(scramble)),
+          unit_from_bits(sobol_bits(index, 2 * pair + 1) ^ static_cast<std::uint32_t>(scramble >> 32))};
 }
 
 Eigen::Vector2d on_disc(const Eigen::Vector2d& unit) {

@@ -1,7 +1,7 @@
 // Where the renderer looks within a pixel and an aperture.
 //
-// Points come from the (0,2)-sequence of van der Corput and Sobol, scrambled per pixel (Kollig and Keller 2002): any
-// prefix of 4^k points is stratified in every elementary interval, and more points may be added to a pixel later.
+// Points come from Sobol's sequence with the direction numbers of Joe and Kuo (2008), its digits scrambled per pixel and
+// dimension: any prefix of 4^k points is spread evenly, and more points may be added to a pixel later.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,11 @@ namespace crumple {
 // A well-mixed hash of a stream of numbers, to seed each pixel and each noise row on its own.
 std::uint64_t mix(std::uint64_t seed, std::uint64_t value);
 
-// Point `index` of the sequence in the unit square, scrambled.
-Eigen::Vector2d stratified_point(std::uint32_t index, std::uint64_t scramble);
+// What a sample needs coordinates for, two dimensions each.
+enum class SampleUse : std::uint32_t { footprint, camera_aperture, projector_aperture };
+
+// Point `index` of the sequence in the unit square, scrambled by the pixel's own bits.
+Eigen::Vector2d sample_point(std::uint32_t index, SampleUse use, std::uint64_t pixel_bits);
 
 // The unit square onto the unit disc, keeping areas (Shirley and Chiu 1997).
 Eigen::Vector2d on_disc(const Eigen::Vector2d& unit);
