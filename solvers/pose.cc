@@ -56,6 +56,17 @@ Matrix3x6d d_transformed_d_pose(const Pose& pose, const Eigen::Vector3d& x) {
   return d;
 }
 
+CompositionDerivative d_composed(const Pose& left, const Pose& right) {
+  const Eigen::Matrix3d r = left.rotation.toRotationMatrix();
+  CompositionDerivative d;
+  d.d_left.setIdentity();
+  d.d_left.bottomLeftCorner<3, 3>() = -cross_matrix(r * right.translation);
+  d.d_right.setZero();
+  d.d_right.topLeftCorner<3, 3>() = r;
+  d.d_right.bottomRightCorner<3, 3>() = r;
+  return d;
+}
+
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);

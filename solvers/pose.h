@@ -39,6 +39,13 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 // The derivative of (pose * x) with respect to the pose's tangent.
 Matrix3x6d d_transformed_d_pose(const Pose& pose, const Eigen::Vector3d& x);
 
+// How the tangent of (left * right) follows from those of its factors.
+struct CompositionDerivative {
+  Matrix6d d_left;
+  Matrix6d d_right;
+};
+CompositionDerivative d_composed(const Pose& left, const Pose& right);
+
 // The proper rotation nearest to m in the Frobenius norm (Zhang 2000, appendix C).
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
 

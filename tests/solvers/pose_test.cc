@@ -48,6 +48,20 @@ TEST(Pose, DerivativeMatchesCentralDifferences) {
   EXPECT_LT((numeric - d_transformed_d_pose(pose, x)).norm(), 1e-6);
 }
 
+TEST(Pose, CompositionDerivativeMatchesCentralDifferences) {
+  const Pose left = retract({}, (Vector6d() << 0.3, -1.2, 0.7, 10, -20, 500).finished());
+  const Pose right = retract({}, (Vector6d() << -0.5, 0.2, 0.9, 100, 40, -30).finished());
+  const CompositionDerivative d = d_composed(left, right);
+  const auto of_left = [&](const Eigen::VectorXd& step) {
+    return Eigen::VectorXd(local_step(left * right, retract(left, step) * right));
+  };
+  const auto of_right = [&](const Eigen::VectorXd& step) {
+    return Eigen::VectorXd(local_step(left * right, left * retract(right, step)));
+  };
+  EXPECT_LT((central_differences(of_left, Eigen::VectorXd::Zero(6)) - d.d_left).norm(), 1e-6);
+  EXPECT_LT((central_differences(of_right, Eigen::VectorXd::Zero(6)) - d.d_right).norm(), 1e-6);
+}
+
 TEST(Pose, NearestRotationIsProper) {
   const Eigen::Matrix3d mirror = Eigen::Vector3d(1, 1, -1.1).asDiagonal();
   EXPECT_NEAR(nearest_rotation(mirror).determinant(), 1, 1e-12);

@@ -1,0 +1,7 @@
+#include "cli/verbs/verbs.h"
+
+namespace crumple {
+
+std::vector<Verb> all_verbs() { return {patterns_verb()}; }
+
+}  // namespace crumple

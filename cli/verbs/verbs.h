@@ -1,0 +1,14 @@
+// The verbs, in the order of `crumple help`. To add one: cli/verbs/NAME.cc, a line here and one in verbs.cc.
+#pragma once
+
+#include <vector>
+
+#include "cli/verb.h"
+
+namespace crumple {
+
+Verb patterns_verb();
+
+std::vector<Verb> all_verbs();
+
+}  // namespace crumple

@@ -1,0 +1,89 @@
+#include "datasets/pattern_files.h"
+
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+#include <fmt/core.h>
+#include <opencv2/imgcodecs.hpp>
+#include <yaml-cpp/yaml.h>
+
+#include "datasets/output_folder.h"
+
+namespace crumple {
+namespace {
+
+double degrees(double angle_rad) {
+  const double angle_deg = angle_rad * 180 / M_PI;
+  const double rounded = std::round(angle_deg * 1e9) / 1e9;
+  return rounded;
+}
+
+std::string description(const FrameContent& frame, const std::vector<StripeOrientation>& orientations) {
+  if (frame.kind == FrameContent::Kind::white) return "white";
+  if (frame.kind == FrameContent::Kind::black) return "black";
+  return fmt::format("{:.6g}deg_bit{}{}", degrees(orientations[frame.orientation].angle_rad), frame.bit,
+                     frame.inverted ? "_inverse" : "");
+}
+
+Expected<void> write_png(const std::filesystem::path& file, const cv::Mat& image) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", image, bytes)) return fail(fmt::format("{} cannot be encoded.", file.string()));
+  return write_file(file, std::string(bytes.begin(), bytes.end()));
+}
+
+}  // namespace
+
+Expected<int> sufficient_bits(const StripeOrientation& orientation, ImageSize projector) {
+  StripeOrientation widest = orientation;
+  widest.bits = 16;
+  if (auto sound = checked(widest, projector); !sound) return tl::unexpected(sound.error());
+  const int last_code = stripe_count(orientation, projector) + orientation.code_offset - 1;
+  return std::max(1, static_cast<int>(std::bit_width(static_cast<unsigned>(last_code))));
+}
+
+std::vector<FrameContent> pattern_sequence(const std::vector<StripeOrientation>& orientations) {
+  std::vector<FrameContent> frames = {{FrameContent::Kind::white}, {FrameContent::Kind::black}};
+  for (std::size_t i = 0; i < orientations.size(); ++i) {
+    for (int bit = 0; bit < orientations[i].bits; ++bit) {
+      frames.push_back({FrameContent::Kind::stripes, i, bit, false});
+      if (orientations[i].inverse) frames.push_back({FrameContent::Kind::stripes, i, bit, true});
+    }
+  }
+  return frames;
+}
+
+cv::Mat draw_pattern(const FrameContent& content, const std::vector<StripeOrientation>& orientations,
+                     ImageSize projector) {
+  if (content.kind == FrameContent::Kind::stripes)
+    return draw_stripes(orientations[content.orientation], projector, content.bit, content.inverted);
+  assert(content.kind == FrameContent::Kind::white || content.kind == FrameContent::Kind::black);
+  const int level = content.kind == FrameContent::Kind::white ? 255 : 0;
+  return {projector.height_px, projector.width_px, CV_8UC1, cv::Scalar(level)};
+}
+
+std::vector<std::string> pattern_file_names(const std::vector<FrameContent>& frames,
+                                            const std::vector<StripeOrientation>& orientations) {
+  const std::size_t digits = std::max<std::size_t>(2, std::to_string(frames.size() - 1).size());
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    names.push_back(fmt::format("{:0{}}_{}.png", i, digits, description(frames[i], orientations)));
+  return names;
+}
+
+Expected<std::vector<std::string>> write_patterns(const std::filesystem::path& folder,
+                                                  const std::vector<StripeOrientation>& orientations,
+                                                  ImageSize projector, const std::function<void()>& written) {
+  for (const StripeOrientation& orientation : orientations)
+    if (auto sound = checked(orientation, projector); !sound) return tl::unexpected(sound.error());
+  const std::vector<FrameContent> frames = pattern_sequence(orientations);
+  std::vector<std::string> names = pattern_file_names(frames, orientations);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const cv::Mat image = draw_pattern(frames[i], orientations, projector);
+    if (auto done = write_png(folder / names[i], image); !done) return tl::unexpected(done.error());
+    if (written) written();
+  }
+  return names;
+}
+
+}  // namespace crumple

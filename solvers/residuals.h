@@ -1,0 +1,73 @@
+// Residuals of the measurement model: what was measured against what the state predicts, predicted minus measured, px.
+//
+// One View is one sensor's observations of one board placement; its residuals and Jacobian are evaluated together.
+//   CornerView   lens(sensor_from_probe * probe_from_board * corner) - pixel                          2 per corner
+//   StripeView   n . transfer(camera pixel -> projector) - coordinate                                 1 per reading
+//   FeatureView  transfer(projector pixel -> camera) - pixel                                          2 per feature
+// Jacobians are with respect to tangents (solvers/pose.h), one matrix per block the view touches.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "solvers/observations.h"
+#include "solvers/state.h"
+
+namespace crumple {
+
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// The parameters come in blocks: the lens and the mount (sensor_from_probe) of each sensor, the board's warp, the pose
+// of each placement.
+struct BlockId {
+  enum class Kind { lens, mount, warp, placement };
+  Kind kind;
+  std::size_t index = 0;
+  auto operator<=>(const BlockId&) const = default;
+};
+
+int tangent_size(const BlockId& block, const CalibrationState& state);
+
+struct ViewEvaluation {
+  Eigen::VectorXd residuals;
+  std::vector<RowMajorMatrix> jacobians;  // in the order of View::blocks; empty where not asked for
+};
+
+class View {
+ public:
+  enum class Kind { corners, stripes, features };
+
+  virtual ~View() = default;
+  virtual int size() const = 0;  // observations
+
+  // False where the model cannot predict one of the observations at this state.
+  virtual bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const = 0;
+
+  Kind kind() const { return kind_; }
+  int dimension() const { return kind_ == Kind::stripes ? 1 : 2; }  // residuals per observation
+  std::size_t sensor() const { return sensor_; }                    // whose noise the residuals carry
+  std::size_t placement() const { return placement_; }
+  const std::vector<BlockId>& blocks() const { return blocks_; }
+
+ protected:
+  View(Kind kind, std::size_t sensor, std::size_t placement, std::vector<BlockId> blocks)
+      : kind_(kind), sensor_(sensor), placement_(placement), blocks_(std::move(blocks)) {}
+
+ private:
+  Kind kind_;
+  std::size_t sensor_;
+  std::size_t placement_;
+  std::vector<BlockId> blocks_;
+};
+
+const char* name_of(View::Kind kind);
+
+// Views refer to the observations they are made from, which must outlive them. Order: corners, stripes, features.
+std::vector<std::unique_ptr<View>> make_views(const Observations& observations);
+
+}  // namespace crumple

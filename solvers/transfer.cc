@@ -1,0 +1,82 @@
+#include "solvers/transfer.h"
+
+#include <cmath>
+
+namespace crumple {
+namespace {
+
+constexpr int kSurfaceIterations = 20;
+constexpr double kSurfaceTolerance_mm = 1e-10;
+// A ray within a tenth of a degree of the surface tells nothing.
+constexpr double kGrazingCosine = 2e-3;
+
+}  // namespace
+
+Transfer::Transfer(const CalibrationState& state, std::size_t source, std::size_t target, std::size_t placement)
+    : source_lens_(state.rig.sensors[source].lens),
+      target_lens_(state.rig.sensors[target].lens),
+      board_(state.board),
+      source_from_board_(state.rig.sensors[source].sensor_from_probe * state.probe_from_board[placement]),
+      target_from_board_(state.rig.sensors[target].sensor_from_probe * state.probe_from_board[placement]),
+      d_source_(d_composed(state.rig.sensors[source].sensor_from_probe, state.probe_from_board[placement])),
+      d_target_(d_composed(state.rig.sensors[target].sensor_from_probe, state.probe_from_board[placement])) {}
+
+std::optional<Transfer::SurfacePoint> Transfer::meet(const Eigen::Vector3d& ray) const {
+  const Eigen::Quaterniond board_from_source = source_from_board_.rotation.conjugate();
+  const Eigen::Vector3d origin = -(board_from_source * source_from_board_.translation);
+  SurfacePoint point;
+  point.ray_in_board = board_from_source * ray;
+  if (std::abs(point.ray_in_board.z()) < kGrazingCosine * ray.norm()) return std::nullopt;
+  point.depth = -origin.z() / point.ray_in_board.z();
+  for (int i = 0; i < kSurfaceIterations; ++i) {
+    point.in_board = origin + point.depth * point.ray_in_board;
+    const double x = point.in_board.x(), y = point.in_board.y();
+    point.normal << -board_.d_height_d_xy(x, y).transpose(), 1;
+    const double above = point.in_board.z() - board_.height_mm(x, y);
+    if (std::abs(above) < kSurfaceTolerance_mm) return point.depth > 0 ? std::optional(point) : std::nullopt;
+    point.depth -= above / (point.normal * point.ray_in_board);
+  }
+  return std::nullopt;
+}
+
+std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& source_pixel) const {
+  const auto ray = source_lens_.ray(source_pixel);
+  const auto point = ray ? meet(*ray) : std::nullopt;
+  if (!point) return std::nullopt;
+  const Eigen::Vector3d in_target = target_from_board_ * point->in_board;
+  if (in_target.z() <= 0) return std::nullopt;
+  return target_lens_.project(in_target);
+}
+
+std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& source_pixel,
+                                                    TransferDerivative& derivative) const {
+  const auto ray = source_lens_.ray_with_gradients(source_pixel);
+  const auto point = ray ? meet(ray->direction) : std::nullopt;
+  if (!point) return std::nullopt;
+  const Eigen::Vector3d in_target = target_from_board_ * point->in_board;
+  if (in_target.z() <= 0) return std::nullopt;
+  const Projection projection = target_lens_.project_with_gradients(in_target);
+
+  // At fixed depth first; sliding along the ray back onto the surface is a projection P = I - v n' / (n'v).
+  const Eigen::Matrix3d board_from_source = source_from_board_.rotation.conjugate().toRotationMatrix();
+  const double slope = point->normal * point->ray_in_board;
+  const Eigen::Matrix3d onto_surface = Eigen::Matrix3d::Identity() - point->ray_in_board * point->normal / slope;
+  const Eigen::Vector3d lever = point->depth * ray->direction - source_from_board_.translation;
+  Matrix3x6d d_source_pose;
+  d_source_pose << board_from_source * cross_matrix(lever), -board_from_source;
+
+  const Eigen::Matrix<double, 2, 3> d_board_point = projection.d_point * target_from_board_.rotation.toRotationMatrix();
+  const Matrix2x6d d_source = d_board_point * onto_surface * d_source_pose;
+  const Matrix2x6d d_target = projection.d_point * d_transformed_d_pose(target_from_board_, point->in_board);
+
+  derivative.source_lens = d_board_point * onto_surface * (point->depth * (board_from_source * ray->d_parameters));
+  derivative.source_mount = d_source * d_source_.d_left;
+  derivative.target_lens = projection.d_parameters;
+  derivative.target_mount = d_target * d_target_.d_left;
+  derivative.placement = d_source * d_source_.d_right + d_target * d_target_.d_right;
+  const Eigen::Vector2d d_height = board_.d_height_d_warp(point->in_board.x(), point->in_board.y());
+  derivative.warp = d_board_point * (point->ray_in_board / slope) * d_height.transpose();
+  return projection.pixel;
+}
+
+}  // namespace crumple
