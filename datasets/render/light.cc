@@ -15,7 +15,9 @@ constexpr double gaussian_reach = 4.5;  // sigmas; beyond, the cumulative distri
 constexpr int table_steps_per_sigma = 512;
 
 double fresnel(double normal_reflectance, double cosine) {
-  return normal_reflectance + (1 - normal_reflectance) * std::pow(1 - std::clamp(cosine, 0.0, 1.0), 5);
+  const double grazing = 1 - std::clamp(cosine, 0.0, 1.0);
+  const double squared = grazing * grazing;
+  return normal_reflectance + (1 - normal_reflectance) * squared * squared * grazing;
 }
 
 // Smith's masking of one direction.
@@ -88,8 +90,7 @@ double PixelSpread::weight(double offset_px) const {
 cv::Mat1f emission(const Emitter& emitter, const cv::Mat& image) {
   cv::Mat1f levels(1, 256);
   for (int code = 0; code < 256; ++code) {
-    levels(0, code) =
-        static_cast<float>(emitter.black + (1 - emitter.black) * std::pow(code / 255.0, emitter.gamma));
+    levels(0, code) = static_cast<float>(emitter.black + (1 - emitter.black) * std::pow(code / 255.0, emitter.gamma));
   }
   cv::Mat1f emitted;
   cv::LUT(image, levels, emitted);

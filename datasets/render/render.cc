@@ -65,9 +65,10 @@ Expected<void> Renderer::render_station(std::size_t station, const FrameSink& si
       }
       const auto frame = static_cast<std::size_t>(i);
       const cv::Mat shown = projector_image(scene_, scene_.frames[frame]);
-      const cv::Mat1f light = transport.radiance(shown.empty() ? cv::Mat1f() : emission(scene_.projector->emitter, shown));
-      const Expected<void> taken = sink({camera, frame, expose(scene_.cameras[camera].detector, light,
-                                                               noise_seed(scene_, station, camera, frame))});
+      const cv::Mat1f light =
+          transport.radiance(shown.empty() ? cv::Mat1f() : emission(scene_.projector->emitter, shown));
+      const Expected<void> taken = sink(
+          {camera, frame, expose(scene_.cameras[camera].detector, light, noise_seed(scene_, station, camera, frame))});
       if (!taken) {
         const std::lock_guard lock(outcome_mutex);
         outcome = taken;
@@ -103,7 +104,8 @@ TrueGeometry Renderer::true_geometry(std::size_t station, std::size_t camera) co
       if (!scene_.projector) continue;
       const Pose projector_from_surface = scene_.projector->sensor.sensor_from_probe * placed.probe_from_surface;
       const SurfacePoint point = tracer.surface().at(hit->x(), hit->y());
-      const auto pixel = prepared_->projector->pixel_towards(projector_from_surface * *hit, Eigen::Vector3d::Zero(), 0.5);
+      const auto pixel =
+          prepared_->projector->pixel_towards(projector_from_surface * *hit, Eigen::Vector3d::Zero(), 0.5);
       const Eigen::Vector3d light = projector_from_surface.inverse().translation;
       const bool faces_light = point.normal.dot(light - point.position_mm) > 0;
       if (pixel && faces_light && !tracer.shadowed(point, light)) truth.projector_px(y, x) = {pixel->x(), pixel->y()};

@@ -18,12 +18,8 @@ struct Dimension {
   std::array<std::uint32_t, 4> initial;
 };
 
-constexpr std::array<Dimension, 6> dimensions{{{0, 0, {}},
-                                               {1, 0, {1}},
-                                               {2, 1, {1, 3}},
-                                               {3, 1, {1, 3, 1}},
-                                               {3, 2, {1, 1, 1}},
-                                               {4, 1, {1, 1, 3, 3}}}};
+constexpr std::array<Dimension, 6> dimensions{
+    {{0, 0, {}}, {1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}, {3, 2, {1, 1, 1}}, {4, 1, {1, 1, 3, 3}}}};
 
 constexpr DirectionNumbers direction_numbers(const Dimension& dimension) {
   DirectionNumbers v{};
@@ -43,9 +39,9 @@ constexpr DirectionNumbers direction_numbers(const Dimension& dimension) {
   return v;
 }
 
-constexpr std::array<DirectionNumbers, 6> sobol{
-    direction_numbers(dimensions[0]), direction_numbers(dimensions[1]), direction_numbers(dimensions[2]),
-    direction_numbers(dimensions[3]), direction_numbers(dimensions[4]), direction_numbers(dimensions[5])};
+constexpr std::array<DirectionNumbers, 6> sobol{direction_numbers(dimensions[0]), direction_numbers(dimensions[1]),
+                                                direction_numbers(dimensions[2]), direction_numbers(dimensions[3]),
+                                                direction_numbers(dimensions[4]), direction_numbers(dimensions[5])};
 
 std::uint32_t sobol_bits(std::uint32_t index, std::uint32_t dimension) {
   std::uint32_t bits = 0;
@@ -61,8 +57,7 @@ double unit_from_bits(std::uint32_t bits) { return (bits + 0.5) * 0x1p-32; }
 double footprint_cdf(double x, double blur) {
   if (blur <= 0) return std::fmin(1, std::fmax(0, x + 0.5));
   const auto integral = [](double t) {
-    return t * 0.5 * std::erfc(-t / std::numbers::sqrt2) +
-           std::exp(-t * t / 2) / std::sqrt(2 * std::numbers::pi);
+    return t * 0.5 * std::erfc(-t / std::numbers::sqrt2) + std::exp(-t * t / 2) / std::sqrt(2 * std::numbers::pi);
   };
   return blur * (integral((x + 0.5) / blur) - integral((x - 0.5) / blur));
 }

@@ -1,7 +1,7 @@
 // Where the renderer looks within a pixel and an aperture.
 //
-// Points come from Sobol's sequence with the direction numbers of Joe and Kuo (2008), its digits scrambled per pixel and
-// dimension: any prefix of 4^k points is spread evenly, and more points may be added to a pixel later.
+// Points come from Sobol's sequence with the direction numbers of Joe and Kuo (2008), its digits scrambled per pixel
+// and dimension: any prefix of 4^k points is spread evenly, and more points may be added to a pixel later.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,20 @@ namespace crumple {
 
 // A well-mixed hash of a stream of numbers, to seed each pixel and each noise row on its own.
 std::uint64_t mix(std::uint64_t seed, std::uint64_t value);
+
+// Numbers in a row from `mix`: a small, quick generator for the standard library's distributions.
+class MixGenerator {
+ public:
+  using result_type = std::uint64_t;
+  explicit MixGenerator(std::uint64_t seed) : seed_(seed) {}
+  static constexpr result_type min() { return 0; }
+  static constexpr result_type max() { return ~result_type{0}; }
+  result_type operator()() { return mix(seed_, ++counter_); }
+
+ private:
+  std::uint64_t seed_;
+  std::uint64_t counter_ = 0;
+};
 
 // What a sample needs coordinates for, two dimensions each.
 enum class SampleUse : std::uint32_t { footprint, camera_aperture, projector_aperture };

@@ -7,7 +7,8 @@ namespace crumple {
 namespace {
 
 bool inside(const Eigen::Vector2d& pixel, ImageSize size) {
-  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width_px - 0.5 && pixel.y() <= size.height_px - 0.5;
+  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width_px - 0.5 &&
+         pixel.y() <= size.height_px - 0.5;
 }
 
 cv::Mat draw_chessboard(const ProjectedChessboard& board, ImageSize size) {

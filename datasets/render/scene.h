@@ -22,8 +22,8 @@ namespace crumple {
 
 // How sharp a lens is: a Gaussian blur everywhere, and a thin lens' disc of confusion off its focus distance.
 struct Optics {
-  double blur_px = 0;             // sigma, on top of the square pixel itself
-  double aperture_mm = 0;         // diameter; 0 is a pinhole, sharp at every distance
+  double blur_px = 0;      // sigma, on top of the square pixel itself
+  double aperture_mm = 0;  // diameter; 0 is a pinhole, sharp at every distance
   double focus_distance_mm = 1e3;
 };
 
@@ -32,14 +32,14 @@ struct Detector {
   double full_well_electrons = 10000;
   double read_noise_electrons = 0;
   bool shot_noise = true;
-  int bits = 8;      // 8..16; above 8 the codes are spread over the 16-bit range, so that saturation is 65535
-  double offset = 0; // dark level as a share of the code range
+  int bits = 8;       // 8..16; above 8 the codes are spread over the 16-bit range, so that saturation is 65535
+  double offset = 0;  // dark level as a share of the code range
 };
 
 struct Emitter {
-  double gamma = 1;        // emission = black + (1 - black) (code / 255)^gamma
-  double black = 0;        // what a dark pixel still emits
-  double pixel_fill = 1;   // side of the lit square within the pixel pitch, 0..1
+  double gamma = 1;       // emission = black + (1 - black) (code / 255)^gamma
+  double black = 0;       // what a dark pixel still emits
+  double pixel_fill = 1;  // side of the lit square within the pixel pitch, 0..1
 };
 
 struct SceneCamera {

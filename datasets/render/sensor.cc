@@ -11,8 +11,6 @@ namespace {
 
 constexpr double normal_limit_electrons = 50;
 
-using Generator = std::mt19937_64;
-
 class ElectronNoise {
  public:
   ElectronNoise(const Detector& detector, std::uint64_t seed) : detector_(detector), generator_(seed) {}
@@ -36,7 +34,7 @@ class ElectronNoise {
   }
 
   const Detector& detector_;
-  Generator generator_;
+  MixGenerator generator_;
   std::normal_distribution<double> normal_;
   std::uniform_real_distribution<double> uniform_;
 };

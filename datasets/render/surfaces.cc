@@ -11,10 +11,6 @@ namespace {
 
 constexpr double settled_mm = 1e-9;
 
-Eigen::Vector2d crease_normal(const Crease& crease) {
-  return {-std::sin(crease.direction_rad), std::cos(crease.direction_rad)};
-}
-
 }  // namespace
 
 bool Extent::contains(const Eigen::Vector2d& xy) const {
@@ -119,16 +115,21 @@ Material BoardPlate::material(double x, double y) const {
   return black ? black_ : white_;
 }
 
-Panel::Panel(PanelShape shape, const Material& paint) : shape_(std::move(shape)), paint_(paint) {}
+Panel::Panel(PanelShape shape, const Material& paint) : shape_(std::move(shape)), paint_(paint) {
+  for (const Crease& crease : shape_.creases) {
+    const Eigen::Vector2d normal(-std::sin(crease.direction_rad), std::cos(crease.direction_rad));
+    folds_.push_back({crease.through_mm, normal, std::tan(crease.angle_rad / 2), crease.radius_mm});
+  }
+}
 
 Extent Panel::extent() const { return {-shape_.size_mm / 2, shape_.size_mm / 2}; }
 
 double Panel::height_mm(double x, double y) const {
   const Eigen::Vector2d p(x, y);
   double z = 0.5 * shape_.curvature_per_mm.dot(p.cwiseAbs2());
-  for (const Crease& crease : shape_.creases) {
-    const double d = crease_normal(crease).dot(p - crease.through_mm);
-    z += std::tan(crease.angle_rad / 2) * (std::hypot(d, crease.radius_mm) - crease.radius_mm);
+  for (const Fold& fold : folds_) {
+    const double d = fold.normal.dot(p - fold.through);
+    z += fold.tangent * (std::sqrt(d * d + fold.radius * fold.radius) - fold.radius);
   }
   for (const Recess& recess : shape_.recesses) {
     const double q = (p - recess.centre_mm).cwiseQuotient(recess.half_size_mm).squaredNorm();
@@ -143,10 +144,9 @@ double Panel::height_mm(double x, double y) const {
 Eigen::Vector2d Panel::slope(double x, double y) const {
   const Eigen::Vector2d p(x, y);
   Eigen::Vector2d gradient = shape_.curvature_per_mm.cwiseProduct(p);
-  for (const Crease& crease : shape_.creases) {
-    const Eigen::Vector2d n = crease_normal(crease);
-    const double d = n.dot(p - crease.through_mm);
-    gradient += std::tan(crease.angle_rad / 2) * d / std::hypot(d, crease.radius_mm) * n;
+  for (const Fold& fold : folds_) {
+    const double d = fold.normal.dot(p - fold.through);
+    gradient += fold.tangent * d / std::sqrt(d * d + fold.radius * fold.radius) * fold.normal;
   }
   for (const Recess& recess : shape_.recesses) {
     const Eigen::Vector2d scaled = (p - recess.centre_mm).cwiseQuotient(recess.half_size_mm);

@@ -119,8 +119,17 @@ class Panel final : public Surface {
   Material material(double, double) const override { return paint_; }
 
  private:
+  // A crease as the height function needs it.
+  struct Fold {
+    Eigen::Vector2d through;
+    Eigen::Vector2d normal;  // of the line, in the plane
+    double tangent;
+    double radius;
+  };
+
   PanelShape shape_;
   Material paint_;
+  std::vector<Fold> folds_;
 };
 
 }  // namespace crumple

@@ -25,8 +25,8 @@ double widest_panel_slope(const Lens& lens) {
   for (int i = 0; i <= steps; ++i) {
     const double x = -0.5 + (right + 0.5) * i / steps;
     const double y = -0.5 + (bottom + 0.5) * i / steps;
-    for (const Eigen::Vector2d& edge : {Eigen::Vector2d(x, -0.5), Eigen::Vector2d(x, bottom),
-                                        Eigen::Vector2d(-0.5, y), Eigen::Vector2d(right, y)}) {
+    for (const Eigen::Vector2d& edge :
+         {Eigen::Vector2d(x, -0.5), Eigen::Vector2d(x, bottom), Eigen::Vector2d(-0.5, y), Eigen::Vector2d(right, y)}) {
       if (const auto ray = lens.ray(edge)) widest = std::max(widest, ray->head<2>().norm());
     }
   }
@@ -52,8 +52,8 @@ RayField::RayField(const Lens& lens, double margin_px)
 std::optional<Eigen::Vector3d> RayField::at(double x, double y) const {
   const double left = std::floor(x);
   const double top = std::floor(y);
-  const auto index = static_cast<std::size_t>((static_cast<int>(top) + margin_px_) * width_px_ +
-                                              static_cast<int>(left) + margin_px_);
+  const auto index =
+      static_cast<std::size_t>((static_cast<int>(top) + margin_px_) * width_px_ + static_cast<int>(left) + margin_px_);
   const auto stride = static_cast<std::size_t>(width_px_);
   const double u = x - left;
   const double v = y - top;
@@ -228,8 +228,8 @@ class RowTracer {
     along_x_.resize(static_cast<std::size_t>(width));
     for (const Spot& spot : group_) {
       for (int i = 0; i < width; ++i) {
-        along_x_[static_cast<std::size_t>(i)] = static_cast<float>(
-            left + i > right ? 0 : projector_->spread.weight(spot.projector_pixel.x() - (left + i)));
+        along_x_[static_cast<std::size_t>(i)] =
+            static_cast<float>(left + i > right ? 0 : projector_->spread.weight(spot.projector_pixel.x() - (left + i)));
       }
       float* weight = row.weights.data() + start;
       for (int j = top; j <= bottom; ++j) {

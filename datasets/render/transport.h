@@ -50,8 +50,8 @@ struct PreparedProjector {
 
   explicit PreparedProjector(const SceneProjector& scene_projector);
 
-  // The pixel whose light, leaving the lens at lens_point, goes to a point (both in the projector's frame, lens_point in
-  // its plane z = 0). No value where none does within `margin_px` of the panel's outer pixel centres.
+  // The pixel whose light, leaving the lens at lens_point, goes to a point (both in the projector's frame, lens_point
+  // in its plane z = 0). No value where none does within `margin_px` of the panel's outer pixel centres.
   std::optional<Eigen::Vector2d> pixel_towards(const Eigen::Vector3d& point, const Eigen::Vector3d& lens_point,
                                                double margin_px) const;
 };
@@ -84,8 +84,8 @@ class Transport {
   };
 
   struct Row {
-    std::vector<float> ambient;                // per camera pixel
-    std::vector<std::uint8_t> window_counts;   // per camera pixel
+    std::vector<float> ambient;               // per camera pixel
+    std::vector<std::uint8_t> window_counts;  // per camera pixel
     std::vector<Window> windows;
     std::vector<float> weights;
   };
