@@ -12,6 +12,7 @@
 
 #include "cli/flags.h"
 #include "cli/help.h"
+#include "cli/progress.h"
 #include "cli/verb.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/json_text.h"
@@ -34,7 +35,7 @@ int print_to_stdout(const std::string& text, ExitCode exit_code) {
 }
 
 int report_error(const std::string& sentence, ExitCode exit_code, bool json) {
-  fmt::print(stderr, "crumple: {}\n", sentence);
+  log_line("crumple: " + sentence + (sentence.empty() || sentence.back() == '.' ? "" : "."));
   if (!json) return static_cast<int>(exit_code);
   const nlohmann::json document = {{"error", sentence}, {"exit_code", static_cast<int>(exit_code)}};
   return print_to_stdout(json_text(document).value_or("{}") + "\n", exit_code);
@@ -94,7 +95,7 @@ int run_verb(const Verb& verb, const std::vector<std::string>& words, bool json)
   if (arguments->help) return print_to_stdout(verb_help(verb), ExitCode::done);
   if (auto checked = check_arguments(verb, *arguments); !checked)
     return report_error(checked.error().message, ExitCode::usage, json);
-  const auto result = verb.run({arguments->inputs, flag_values(verb.flags)});
+  const auto result = verb.run({verb.name, arguments->inputs, flag_values(verb.flags)});
   if (!result) return report_error(result.error().message, ExitCode::bad_input, json);
   return report(*result, FLAGS_json);
 }

@@ -23,6 +23,7 @@ enum class ExitCode : int {
 
 // What a verb gets: everything on the command line, checked against its own list of flags. FLAGS_* are set.
 struct VerbContext {
+  std::string verb;
   std::vector<std::string> inputs;           // as many as the verb says it takes
   std::map<std::string, std::string> flags;  // effective value of every flag of the verb, for the run record
 };

@@ -1,4 +1,4 @@
-// A capture: what capture.yaml describes. Images stay on disk until asked for.
+// A capture: what capture.yaml describes (docs/formats.md). Images stay on disk until asked for.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +10,7 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "datasets/image_io.h"
 #include "recon/patterns.h"
 #include "recon/stripe_images.h"
 #include "solvers/board.h"
@@ -23,7 +24,15 @@ struct CaptureSensor {
   std::string name;
   SensorKind kind = SensorKind::camera;
   ImageSize size;
-  std::string lens_model;  // LENSMODEL_OPENCV5 unless capture.yaml says otherwise
+  std::string lens_model;                        // LENSMODEL_OPENCV5 unless capture.yaml says otherwise
+  ColourEncoding colour = ColourEncoding::srgb;  // how a camera's colour images become grey
+};
+
+// How a camera's files are named: a path below the image folder with {station}, {sensor}, {frame} or {frame:02}, and
+// {frame_name}; the first frame has the number `frame_offset`.
+struct FileNaming {
+  std::string path_template;
+  int frame_offset = 0;
 };
 
 // What the projector showed while a frame was taken.
@@ -45,7 +54,8 @@ struct ProjectedChessboard {
 
 struct Station {
   std::string id;
-  bool board = true;  // the board is in view, at a placement of its own
+  bool board = true;          // the board is in view, at a placement of its own
+  std::string name_in_files;  // what {station} stands for; empty: the id
 };
 
 struct Exclusion {
@@ -57,23 +67,36 @@ struct Exclusion {
 struct Capture {
   std::filesystem::path description;  // the capture.yaml it was read from
   std::filesystem::path images;       // the folder that file names are relative to
+  std::string title;
   std::vector<CaptureSensor> sensors;
   std::optional<Board> board;
   std::optional<std::string> projector;  // the sensor that shows the frames' content
   std::vector<StripeOrientation> orientations;
   std::optional<ProjectedChessboard> projected_chessboard;
-  std::vector<FrameContent> frames;  // in the order they were taken
+  std::vector<FrameContent> frames;      // in the order they were taken, without the unused ones
+  std::vector<int> frame_numbers;        // of each frame, before the offset; empty: 0, 1, 2...
+  std::vector<std::string> frame_names;  // of each frame, for {frame_name}; may be empty
   std::vector<Station> stations;
-  std::map<std::string, std::string> file_templates;  // camera name -> template with {station} and {frame:02}
+  std::map<std::string, FileNaming> files;  // camera name -> its files
   std::vector<Exclusion> excluded;
 
-  std::optional<Exclusion> exclusion(const std::string& station, const std::string& sensor) const;
-  std::filesystem::path image_file(const std::string& camera, const std::string& station, std::size_t frame) const;
   const CaptureSensor* sensor(const std::string& name) const;
+  const Station* station(const std::string& id) const;
+  // The exclusion that covers this sensor (or, by an empty name, all sensors) at this station.
+  std::optional<Exclusion> exclusion(const std::string& station, const std::string& sensor) const;
+  // The first frame that shows this (kind other than stripes).
+  std::optional<std::size_t> find_frame(FrameContent::Kind kind) const;
+  std::filesystem::path image_file(const std::string& camera, const std::string& station, std::size_t frame) const;
 };
 
+// Says what a frame shows: "the white frame", "bit 3 of orientation 0, inverted".
+std::string frame_words(const FrameContent& content);
+
+// Validates a description's text; `images` is as written there. Errors name the file, line and column.
+Expected<Capture> parse_capture(const std::string& text, const std::string& file_name);
+
 // Reads and validates a description; images are looked for in `images` where given, else in the folder the description
-// names, else beside it. Errors name the file, line and column.
+// names, else beside it.
 Expected<Capture> read_capture(const std::filesystem::path& description,
                                const std::optional<std::filesystem::path>& images = {});
 
@@ -84,8 +107,8 @@ Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, 
 // The frame to look for the board in: the white one, else the ambient one.
 Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& camera, const std::string& station);
 
-// The whole stripe sequence of a station, checked: sizes, depths, all-dark or saturated frames, frames that look
-// swapped or missing (by name).
+// The whole stripe sequence of a station. Fails on whatever check_station (check_capture.h) calls an error: missing or
+// unreadable files, other sizes or depths, dark or saturated frames, frames out of order.
 Expected<StripeImages> read_stripe_images(const Capture& capture, const std::string& camera,
                                           const std::string& station);
 

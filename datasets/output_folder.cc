@@ -133,13 +133,27 @@ Expected<void> OutputFolder::commit() {
   return flush_to_disk(final_.parent_path());
 }
 
-Expected<void> write_file(const fs::path& file, const std::string& content) {
+Expected<void> write_file(const fs::path& file, const std::function<void(std::ostream&)>& writer) {
+  const fs::path temporary = file.parent_path() / fmt::format(".{}.partial-{}", file.filename().string(), getpid());
   errno = 0;
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
+  std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
+  if (stream) writer(stream);
   stream.close();
-  if (!stream) return fail(fmt::format("{} could not be written: {}.", file.string(), reason(errno)));
-  return {};
+  const int error_number = errno;
+  std::error_code error;
+  if (stream) {
+    fs::rename(temporary, file, error);
+    if (!error) return {};
+  } else {
+    error = std::error_code(error_number, std::generic_category());
+  }
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  return fail(fmt::format("{} could not be written: {}.", file.string(), error.message()));
+}
+
+Expected<void> write_file(const fs::path& file, const std::string& content) {
+  return write_file(file, [&](std::ostream& stream) { stream << content; });
 }
 
 Expected<std::string> read_file(const fs::path& file) {

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <string>
 
 #include "solvers/expected.h"
@@ -39,7 +41,9 @@ class OutputFolder {
   bool overwrite_ = false;
 };
 
-// Writes one whole file; fails naming it where the disk is full or the folder cannot be written.
+// Writes one whole file by way of a temporary name; fails naming it where the disk is full or the folder cannot be
+// written, and leaves nothing then.
+Expected<void> write_file(const std::filesystem::path& file, const std::function<void(std::ostream&)>& writer);
 Expected<void> write_file(const std::filesystem::path& file, const std::string& content);
 
 // Reads one whole file; fails naming it.

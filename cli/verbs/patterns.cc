@@ -1,4 +1,4 @@
-// patterns: projector size and stripe orientations -> images to project.
+// patterns: projector size and stripe orientations -> images to project; or the calibration board -> a PDF to print.
 #include <cmath>
 
 #include <fmt/core.h>
@@ -6,7 +6,9 @@
 
 #include "cli/flags.h"
 #include "cli/progress.h"
+#include "cli/record.h"
 #include "cli/verbs/verbs.h"
+#include "datasets/board_pdf.h"
 #include "datasets/output_folder.h"
 #include "datasets/pattern_files.h"
 
@@ -18,6 +20,11 @@ DEFINE_double(stripe_width_px, 1, "width of the finest stripes, px");
 DEFINE_int32(bits, 0, "bits per orientation; 0: as few as name every stripe");
 DEFINE_int32(code_offset, 0, "added to each stripe's number before it is coded");
 DEFINE_bool(inverse, true, "follow each pattern by its inverse");
+DEFINE_bool(board, false, "draw the calibration board as a PDF in true scale instead");
+DEFINE_int32(board_columns, 10, "inner corners of the board along a row");
+DEFINE_int32(board_rows, 7, "inner corners of the board along a column");
+DEFINE_double(board_pitch_mm, 20, "distance of neighbouring corners, mm");
+DEFINE_string(paper, "auto", "auto, A4, A3, A2, A1, A0, or width x height in mm such as 400x300");
 
 namespace crumple {
 namespace {
@@ -54,7 +61,8 @@ VerbResult summary(const std::vector<StripeOrientation>& orientations, const std
   return result;
 }
 
-Expected<VerbResult> run(const VerbContext&) {
+Expected<VerbResult> draw_stripes_for_projector(const VerbContext& context) {
+  if (FLAGS_width_px < 1 || FLAGS_height_px < 1) return usage_error("--width_px and --height_px have to be given.");
   const ImageSize projector{FLAGS_width_px, FLAGS_height_px};
   const auto orientations = orientations_from_flags(projector);
   if (!orientations) return usage_error(orientations.error().message);
@@ -63,17 +71,44 @@ Expected<VerbResult> run(const VerbContext&) {
   Progress progress("drawing", pattern_sequence(*orientations).size());
   const auto files = write_patterns(folder->path(), *orientations, projector, [&] { progress.advance(); });
   if (!files) return tl::unexpected(files.error());
-  if (auto committed = folder->commit(); !committed) return tl::unexpected(committed.error());
+  if (auto committed = commit_with_record(*folder, context); !committed) return tl::unexpected(committed.error());
   return summary(*orientations, *files);
+}
+
+Expected<VerbResult> draw_board(const VerbContext& context) {
+  const Board board{FLAGS_board_columns, FLAGS_board_rows, FLAGS_board_pitch_mm};
+  const auto paper = choose_paper(FLAGS_paper, board);
+  if (!paper) return usage_error(paper.error().message);
+  auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
+  if (!folder) return tl::unexpected(folder.error());
+  if (auto drawn = write_board_pdf(*folder / "board.pdf", board, *paper); !drawn) return tl::unexpected(drawn.error());
+  if (auto committed = commit_with_record(*folder, context); !committed) return tl::unexpected(committed.error());
+  if (board.columns % 2 == board.rows % 2)
+    log_warning("turned by half a turn this board looks the same: one count of inner corners should be even, one odd");
+  VerbResult result;
+  result.text = fmt::format("{}/board.pdf: {} x {} inner corners, pitch {:g} mm, on {}\n", FLAGS_out, board.columns,
+                            board.rows, board.pitch_mm, paper->name);
+  result.document = {{"out", FLAGS_out},
+                     {"file", "board.pdf"},
+                     {"board", {{"columns", board.columns}, {"rows", board.rows}, {"pitch_mm", board.pitch_mm}}},
+                     {"paper_mm", {paper->width_mm, paper->height_mm}}};
+  return result;
+}
+
+Expected<VerbResult> run(const VerbContext& context) {
+  return FLAGS_board ? draw_board(context) : draw_stripes_for_projector(context);
 }
 
 }  // namespace
 
 Verb patterns_verb() {
   return {.name = "patterns",
-          .purpose = "draw the stripe images a projector is to show",
-          .usage = "--width_px=N --height_px=N --out=DIR [--flags]",
-          .description = "",
+          .purpose = "draw the stripe images a projector is to show, or the board to print",
+          .usage = "--width_px=N --height_px=N --out=DIR [--flags]\n  crumple patterns --board --out=DIR [--flags]",
+          .description =
+              "Writes numbered PNG images in the order to show them (white, black, then the stripes of each "
+              "orientation, coarsest first) and patterns.yaml, which lists them in the form capture.yaml "
+              "takes. With --board: board.pdf, to be printed at 100 % and checked with a ruler.",
           .example =
               "$ crumple patterns --width_px=1024 --height_px=768 --out=patterns\n"
               "42 images in patterns\n"
@@ -82,8 +117,8 @@ Verb patterns_verb() {
           .min_inputs = 0,
           .max_inputs = 0,
           .flags = {"out", "width_px", "height_px", "orientations_deg", "stripe_width_px", "bits", "code_offset",
-                    "inverse", "overwrite", "json"},
-          .required = {"out", "width_px", "height_px"},
+                    "inverse", "board", "board_columns", "board_rows", "board_pitch_mm", "paper", "overwrite", "json"},
+          .required = {"out"},
           .run = run};
 }
 

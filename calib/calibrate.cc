@@ -1,0 +1,92 @@
+#include "calib/calibrate.h"
+
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+namespace crumple {
+namespace {
+
+constexpr double kSignificantWarp = 13.8;
+
+// The cameras alone, refined: the projector's start wants lenses and board poses that are right to a fraction of a
+// pixel.
+Expected<CalibrationState> start_cameras(const CalibrationData& data, const BundleOptions& options) {
+  auto state = initial_cameras(data.sensors, data.board, data.observations.corners, data.placement_names);
+  if (!state) return state;
+  Observations corners{data.observations.placement_count, data.observations.corners, {}, {}};
+  auto refined = refine(*state, corners, options);
+  if (!refined) return tl::unexpected(refined.error());
+  return std::move(refined->state);
+}
+
+bool has_projector(const CalibrationData& data) {
+  for (const SensorSpec& sensor : data.sensors) {
+    if (sensor.kind == SensorKind::projector) return true;
+  }
+  return false;
+}
+
+double wald_statistic(const BundleResult& bundle) {
+  const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::warp}}, bundle.state);
+  const Eigen::VectorXd warp = bundle.state.board.warp_mm;
+  return warp.dot(covariance.llt().solve(warp));
+}
+
+template <typename V>
+std::vector<V> without(const std::vector<V>& views, std::size_t placement) {
+  std::vector<V> kept;
+  for (V view : views) {
+    if (view.placement == placement) continue;
+    if (view.placement > placement) --view.placement;
+    kept.push_back(std::move(view));
+  }
+  return kept;
+}
+
+}  // namespace
+
+Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options) {
+  BundleOptions bundle_options = options.bundle;
+  bundle_options.estimate_warp = false;
+  Expected<CalibrationState> start =
+      has_projector(data) ? start_cameras(data, bundle_options)
+                          : initial_cameras(data.sensors, data.board, data.observations.corners, data.placement_names);
+  if (!start) return tl::unexpected(start.error());
+  if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
+
+  if (options.warp != WarpChoice::off) {
+    bundle_options.estimate_warp = true;
+    auto bent = refine(*start, data.observations, bundle_options);
+    // A board whose warp cannot be told from the lens is taken as flat unless the warp was asked for.
+    if (!bent && options.warp == WarpChoice::on) return tl::unexpected(bent.error());
+    if (bent) {
+      const double statistic = wald_statistic(*bent);
+      if (options.warp == WarpChoice::on || statistic > kSignificantWarp) {
+        return Calibration{data.placement_names, *start, std::move(*bent), true, statistic};
+      }
+    }
+  }
+  bundle_options.estimate_warp = false;
+  auto flat = refine(*start, data.observations, bundle_options);
+  if (!flat) return tl::unexpected(flat.error());
+  return Calibration{data.placement_names, *start, std::move(*flat), false, 0};
+}
+
+CalibrationData without_placement(const CalibrationData& data, std::size_t placement) {
+  CalibrationData rest = data;
+  rest.placement_names.erase(rest.placement_names.begin() + static_cast<std::ptrdiff_t>(placement));
+  rest.observations.placement_count = rest.placement_names.size();
+  rest.observations.corners = without(data.observations.corners, placement);
+  rest.observations.stripes = without(data.observations.stripes, placement);
+  rest.observations.features = without(data.observations.features, placement);
+  rest.pairs = without(data.pairs, placement);
+  return rest;
+}
+
+RigCovariance rig_covariance(const BundleResult& bundle) {
+  return {bundle.covariance.names(), bundle.covariance.common()};
+}
+
+}  // namespace crumple

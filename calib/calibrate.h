@@ -1,0 +1,46 @@
+// From observations to a calibrated rig: closed-form start, then the joint refinement.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/initial_rig.h"
+#include "solvers/bundle.h"
+
+namespace crumple {
+
+// What was observed, by sensors in the order of `sensors` (cameras first) and placements in the order of their names.
+struct CalibrationData {
+  std::vector<SensorSpec> sensors;
+  Board board;
+  std::vector<std::string> placement_names;
+  Observations observations;
+  std::vector<PixelPairs> pairs;  // for the projectors' start
+};
+
+// Whether the board's two warp terms are estimated. `automatic` keeps them where they are significant: the Wald
+// statistic w' C^-1 w of the pair exceeds 13.8, which a flat board does once in a thousand.
+enum class WarpChoice { off, on, automatic };
+
+struct CalibrationOptions {
+  WarpChoice warp = WarpChoice::automatic;
+  BundleOptions bundle;
+};
+
+struct Calibration {
+  std::vector<std::string> placement_names;
+  CalibrationState start;  // the closed forms
+  BundleResult bundle;
+  bool warp_estimated = false;
+  double warp_statistic = 0;  // where it was tried
+};
+
+Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options);
+
+// The data without one placement, for cross-validation.
+CalibrationData without_placement(const CalibrationData& data, std::size_t placement);
+
+// Rows and columns of the joint covariance that belong to the rig, by name.
+RigCovariance rig_covariance(const BundleResult& bundle);
+
+}  // namespace crumple

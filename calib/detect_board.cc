@@ -1,0 +1,210 @@
+#include "calib/detect_board.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace crumple {
+namespace {
+
+// Fewer corners than this along one direction are no board to rely on.
+constexpr int kMinimumAlong = 4;
+
+// Corners in rows, as found; element (row, column).
+struct Grid {
+  int columns = 0;
+  int rows = 0;
+  std::vector<Eigen::Vector2d> pixels;
+
+  const Eigen::Vector2d& at(int row, int column) const {
+    return pixels[static_cast<std::size_t>(row * columns + column)];
+  }
+};
+
+Grid transposed(const Grid& grid) {
+  Grid result{grid.rows, grid.columns, {}};
+  for (int column = 0; column < grid.columns; ++column) {
+    for (int row = 0; row < grid.rows; ++row) result.pixels.push_back(grid.at(row, column));
+  }
+  return result;
+}
+
+Grid mirrored(const Grid& grid) {
+  Grid result{grid.columns, grid.rows, {}};
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = grid.columns - 1; column >= 0; --column) result.pixels.push_back(grid.at(row, column));
+  }
+  return result;
+}
+
+Grid turned(Grid grid) {
+  std::reverse(grid.pixels.begin(), grid.pixels.end());
+  return grid;
+}
+
+Eigen::Vector2d mean_step_x(const Grid& grid) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int row = 0; row < grid.rows; ++row) sum += grid.at(row, grid.columns - 1) - grid.at(row, 0);
+  return sum / (grid.rows * (grid.columns - 1));
+}
+
+Eigen::Vector2d mean_step_y(const Grid& grid) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int column = 0; column < grid.columns; ++column) sum += grid.at(grid.rows - 1, column) - grid.at(0, column);
+  return sum / (grid.columns * (grid.rows - 1));
+}
+
+std::optional<Grid> find_grid(const cv::Mat& image8, int columns, int rows, int flags) {
+  std::vector<cv::Point2f> corners;
+  cv::Mat meta;
+  if (!cv::findChessboardCornersSB(image8, {columns, rows}, corners, flags, meta)) return std::nullopt;
+  Grid grid{meta.cols, meta.rows, {}};
+  if (static_cast<std::size_t>(grid.columns * grid.rows) != corners.size()) return std::nullopt;
+  for (const cv::Point2f& c : corners) grid.pixels.emplace_back(c.x, c.y);
+  return grid;
+}
+
+double intensity(const cv::Mat& image8, const Eigen::Vector2d& pixel) {
+  const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 1, image8.cols - 2);
+  const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 1, image8.rows - 2);
+  return cv::mean(image8(cv::Rect(x - 1, y - 1, 3, 3)))[0];
+}
+
+// Whether the square between corner (0,0) and (1,1) is dark, by the majority of all squares inside the grid.
+bool first_square_dark(const cv::Mat& image8, const Grid& grid) {
+  int votes = 0;
+  for (int row = 0; row + 1 < grid.rows; ++row) {
+    for (int column = 0; column + 2 < grid.columns; ++column) {
+      const auto centre = [&](int c) {
+        return Eigen::Vector2d(0.25 *
+                               (grid.at(row, c) + grid.at(row, c + 1) + grid.at(row + 1, c) + grid.at(row + 1, c + 1)));
+      };
+      const bool darker = intensity(image8, centre(column)) < intensity(image8, centre(column + 1));
+      votes += darker == ((row + column) % 2 == 0) ? 1 : -1;
+    }
+  }
+  return votes > 0;
+}
+
+// Where a grid of `found` corners starts among `all` along one direction; the ends tell whether the next corners
+// beyond the first and the last would still lie in the image.
+Expected<int> start_along(int found, int all, bool first_end_in_image, bool last_end_in_image) {
+  if (found == all) return 0;
+  if (first_end_in_image == last_end_in_image) {
+    return fail("only part of the board is visible and it cannot be told which: show it whole, or cut off at one end");
+  }
+  return first_end_in_image ? 0 : all - found;
+}
+
+bool inside(const cv::Mat& image, const Eigen::Vector2d& pixel) {
+  return pixel.x() > 0 && pixel.y() > 0 && pixel.x() < image.cols - 1 && pixel.y() < image.rows - 1;
+}
+
+// Whether the corners one step beyond an end, extrapolated, all lie in the image.
+template <typename Beyond>
+bool all_inside(const cv::Mat& image, int count, const Beyond& beyond) {
+  for (int i = 0; i < count; ++i) {
+    if (!inside(image, beyond(i))) return false;
+  }
+  return true;
+}
+
+struct Start {
+  int column = 0;
+  int row = 0;
+};
+
+Expected<Start> start_of(const cv::Mat& image8, const Grid& grid, int columns, int rows) {
+  const int last_column = grid.columns - 1, last_row = grid.rows - 1;
+  const auto beyond = [&](int row, int column, int inner_row, int inner_column) {
+    return Eigen::Vector2d(2 * grid.at(row, column) - grid.at(inner_row, inner_column));
+  };
+  const auto column =
+      start_along(grid.columns, columns, all_inside(image8, grid.rows, [&](int i) { return beyond(i, 0, i, 1); }),
+                  all_inside(image8, grid.rows, [&](int i) { return beyond(i, last_column, i, last_column - 1); }));
+  if (!column) return tl::unexpected(column.error());
+  const auto row =
+      start_along(grid.rows, rows, all_inside(image8, grid.columns, [&](int i) { return beyond(0, i, 1, i); }),
+                  all_inside(image8, grid.columns, [&](int i) { return beyond(last_row, i, last_row - 1, i); }));
+  if (!row) return tl::unexpected(row.error());
+  return Start{*column, *row};
+}
+
+// Of the grid and the grid after half a turn, the one that fits the board (see the header).
+Expected<DetectedBoard> place(const cv::Mat& image8, const Grid& upright, int columns, int rows) {
+  const bool ends_differ = (columns + rows) % 2 == 1;
+  const Grid half_turn = turned(upright);
+  const bool swap = ends_differ ? false : mean_step_x(upright).x() < 0;
+  Grid grid = swap ? half_turn : upright;
+  auto start = start_of(image8, grid, columns, rows);
+  if (!start) return tl::unexpected(start.error());
+  // Along the diagonal, the square outside corner 0 and the first inside it have one colour.
+  if (ends_differ && first_square_dark(image8, grid) != ((start->column + start->row) % 2 == 0)) {
+    grid = half_turn;
+    start = start_of(image8, grid, columns, rows);
+    if (!start) return tl::unexpected(start.error());
+  }
+  DetectedBoard board;
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      board.corners.push_back((row + start->row) * columns + column + start->column);
+      board.pixels.push_back(grid.at(row, column));
+    }
+  }
+  return board;
+}
+
+cv::Mat to_8_bit(const cv::Mat& image) {
+  if (image.depth() == CV_8U) return image;
+  double smallest = 0, largest = 0;
+  cv::minMaxLoc(image, &smallest, &largest);
+  cv::Mat image8;
+  image.convertTo(image8, CV_8U, 255 / std::max(largest - smallest, 1.0),
+                  -smallest * 255 / std::max(largest - smallest, 1.0));
+  return image8;
+}
+
+// Which way round a found grid is: its rows along the board's, x cross y into the board.
+std::optional<Grid> aligned(Grid grid, int columns, int rows) {
+  const bool fits = grid.columns <= columns && grid.rows <= rows;
+  const bool fits_transposed = grid.rows <= columns && grid.columns <= rows;
+  if (fits == fits_transposed && grid.columns != columns && grid.rows != rows) return std::nullopt;
+  if (!fits) {
+    if (!fits_transposed) return std::nullopt;
+    grid = transposed(grid);
+  }
+  const Eigen::Vector2d x = mean_step_x(grid), y = mean_step_y(grid);
+  return x.x() * y.y() - x.y() * y.x() < 0 ? mirrored(grid) : grid;
+}
+
+}  // namespace
+
+Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows) {
+  if (columns == rows)
+    return fail("a square grid of corners looks the same from four sides: use one that is not square");
+  const cv::Mat image8 = to_8_bit(image);
+  constexpr int kFlags = cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY | cv::CALIB_CB_NORMALIZE_IMAGE;
+  try {
+    auto grid = find_grid(image8, columns, rows, kFlags);
+    if (!grid) grid = find_grid(image8, kMinimumAlong, kMinimumAlong, kFlags | cv::CALIB_CB_LARGER);
+    if (!grid) return fail(fmt::format("no chessboard with {} x {} inner corners found", columns, rows));
+    const auto upright = aligned(*grid, columns, rows);
+    if (!upright) {
+      return fail(fmt::format("a grid of {} x {} corners was found where the board has {} x {}", grid->columns,
+                              grid->rows, columns, rows));
+    }
+    return place(image8, *upright, columns, rows);
+  } catch (const cv::Exception& error) {
+    return fail(fmt::format("the chessboard detector failed: {}", error.err));
+  }
+}
+
+Expected<DetectedBoard> detect_board(const cv::Mat& image, const Board& board) {
+  return detect_grid(image, board.columns, board.rows);
+}
+
+}  // namespace crumple

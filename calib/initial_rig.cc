@@ -1,0 +1,220 @@
+#include "calib/initial_rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include "solvers/closed_form/homography.h"
+#include "solvers/closed_form/resection.h"
+#include "solvers/closed_form/zhang.h"
+
+namespace crumple {
+namespace {
+
+constexpr std::size_t kMinimumPlacements = 3;
+
+struct CameraStart {
+  PinholeIntrinsics intrinsics;
+  std::map<std::size_t, Pose> sensor_from_board;  // by placement
+};
+
+Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, const Board& board,
+                                   const std::vector<CornerView>& corners,
+                                   const std::vector<std::string>& placement_names) {
+  std::map<std::size_t, Eigen::Matrix3d> homographies;
+  for (const CornerView& view : corners) {
+    if (view.sensor != sensor) continue;
+    Points2d on_board;
+    for (const int corner : view.corners) on_board.push_back(board.corner(corner).head<2>());
+    const auto h = homography(on_board, view.pixels);
+    if (!h) {
+      return fail(fmt::format("{}, station {}: {}", spec.name, placement_names[view.placement], h.error().message));
+    }
+    homographies[view.placement] = *h;
+  }
+  if (homographies.size() < kMinimumPlacements) {
+    return fail(fmt::format("{} sees the board in {} placements: a calibration needs at least {}", spec.name,
+                            homographies.size(), kMinimumPlacements));
+  }
+  std::vector<Eigen::Matrix3d> list;
+  for (const auto& [placement, h] : homographies) list.push_back(h);
+  const auto intrinsics = zhang_intrinsics(list);
+  if (!intrinsics) return fail(fmt::format("{}: {}", spec.name, intrinsics.error().message));
+  CameraStart start{*intrinsics, {}};
+  for (const auto& [placement, h] : homographies) {
+    start.sensor_from_board[placement] = plane_pose(h, intrinsics->matrix());
+  }
+  return start;
+}
+
+// Mean of poses: the rotation by the largest eigenvector of the quaternions' outer products (Markley et al. 2007).
+Pose mean_pose(const std::vector<Pose>& poses) {
+  Eigen::Matrix4d outer = Eigen::Matrix4d::Zero();
+  Pose mean;
+  for (const Pose& pose : poses) {
+    outer += pose.rotation.coeffs() * pose.rotation.coeffs().transpose();
+    mean.translation += pose.translation / static_cast<double>(poses.size());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(outer);
+  mean.rotation = Eigen::Quaterniond(eigen.eigenvectors().col(3).eval());
+  return mean;
+}
+
+// Gives a board pose to every placement that a joined camera sees.
+void pose_placements(const std::map<std::size_t, CameraStart>& starts, std::size_t sensor,
+                     const Pose& sensor_from_probe, std::map<std::size_t, Pose>& probe_from_board) {
+  for (const auto& [placement, sensor_from_board] : starts.at(sensor).sensor_from_board) {
+    probe_from_board.try_emplace(placement, sensor_from_probe.inverse() * sensor_from_board);
+  }
+}
+
+// sensor_from_probe from the placements a camera shares with those already posed; nothing where there are none.
+std::optional<Pose> join(const CameraStart& start, const std::map<std::size_t, Pose>& probe_from_board) {
+  std::vector<Pose> candidates;
+  for (const auto& [placement, sensor_from_board] : start.sensor_from_board) {
+    const auto known = probe_from_board.find(placement);
+    if (known != probe_from_board.end()) candidates.push_back(sensor_from_board * known->second.inverse());
+  }
+  if (candidates.empty()) return std::nullopt;
+  return mean_pose(candidates);
+}
+
+Expected<Lens> lens_from(const std::string& model, ImageSize size, const PinholeIntrinsics& intrinsics) {
+  return Lens::undistorted(model, size, intrinsics.focal_x_px, intrinsics.focal_y_px, intrinsics.principal_point_px);
+}
+
+struct ProjectorPoints {
+  std::vector<Eigen::Vector3d> in_probe;
+  Points2d pixels;
+  std::vector<Eigen::Matrix3d> pixel_from_board;  // one per placement
+  std::vector<Pose> probe_from_board;             // of the same placements
+};
+
+// Where the ray of a camera pixel meets the plane z = 0 of the board, in board coordinates.
+std::optional<Eigen::Vector3d> on_board(const Sensor& camera, const Pose& probe_from_board,
+                                        const Eigen::Vector2d& pixel) {
+  const auto ray = camera.lens.ray(pixel);
+  if (!ray) return std::nullopt;
+  const Pose board_from_camera = (camera.sensor_from_probe * probe_from_board).inverse();
+  const Eigen::Vector3d direction = board_from_camera.rotation * *ray;
+  if (std::abs(direction.z()) < 1e-6) return std::nullopt;
+  return board_from_camera.translation - board_from_camera.translation.z() / direction.z() * direction;
+}
+
+ProjectorPoints projector_points(const std::vector<PixelPairs>& pairs, std::size_t projector,
+                                 const CalibrationState& state) {
+  ProjectorPoints points;
+  for (const PixelPairs& view : pairs) {
+    if (view.projector != projector) continue;
+    Points2d plane, pixels;
+    for (std::size_t i = 0; i < view.camera_pixels.size(); ++i) {
+      const Pose& probe_from_board = state.probe_from_board[view.placement];
+      const auto point = on_board(state.rig.sensors[view.camera], probe_from_board, view.camera_pixels[i]);
+      if (!point) continue;
+      plane.emplace_back(point->head<2>());
+      pixels.push_back(view.projector_pixels[i]);
+      points.in_probe.push_back(probe_from_board * *point);
+      points.pixels.push_back(view.projector_pixels[i]);
+    }
+    if (const auto h = homography(plane, pixels)) {
+      points.pixel_from_board.push_back(*h);
+      points.probe_from_board.push_back(state.probe_from_board[view.placement]);
+    }
+  }
+  return points;
+}
+
+std::optional<Resection> projector_by_zhang(const ProjectorPoints& points) {
+  const auto intrinsics = zhang_intrinsics(points.pixel_from_board);
+  if (!intrinsics) return std::nullopt;
+  std::vector<Pose> mounts;
+  for (std::size_t i = 0; i < points.pixel_from_board.size(); ++i) {
+    mounts.push_back(plane_pose(points.pixel_from_board[i], intrinsics->matrix()) *
+                     points.probe_from_board[i].inverse());
+  }
+  return Resection{*intrinsics, mean_pose(mounts)};
+}
+
+double reprojection_rms(const Resection& start, const ProjectorPoints& points) {
+  double sum = 0;
+  for (std::size_t i = 0; i < points.pixels.size(); ++i) {
+    const Eigen::Vector3d in_sensor = start.sensor_from_points * points.in_probe[i];
+    if (in_sensor.z() <= 0) return std::numeric_limits<double>::infinity();
+    sum += ((start.intrinsics.matrix() * in_sensor).hnormalized() - points.pixels[i]).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(points.pixels.size()));
+}
+
+Expected<Resection> start_projector(const ProjectorPoints& points) {
+  const auto zhang = projector_by_zhang(points);
+  const auto resection = resect(points.in_probe, points.pixels);
+  if (!zhang && !resection) return tl::unexpected(resection.error());
+  if (!resection) return *zhang;
+  if (!zhang) return *resection;
+  return reprojection_rms(*resection, points) <= reprojection_rms(*zhang, points) ? *resection : *zhang;
+}
+
+}  // namespace
+
+Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensors, const Board& board,
+                                           const std::vector<CornerView>& corners,
+                                           const std::vector<std::string>& placement_names) {
+  CalibrationState state{{}, board, std::vector<Pose>(placement_names.size())};
+  std::map<std::size_t, CameraStart> starts;
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    const SensorSpec& spec = sensors[s];
+    PinholeIntrinsics intrinsics{1.0 * spec.size.width_px,
+                                 1.0 * spec.size.width_px,
+                                 {0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1)}};
+    if (spec.kind == SensorKind::camera) {
+      const auto start = start_camera(spec, s, board, corners, placement_names);
+      if (!start) return tl::unexpected(start.error());
+      intrinsics = start->intrinsics;
+      starts[s] = *start;
+    }
+    auto lens = lens_from(spec.lens_model, spec.size, intrinsics);
+    if (!lens) return fail(fmt::format("{}: {}", spec.name, lens.error().message));
+    state.rig.sensors.push_back({spec.name, spec.kind, std::move(*lens), {}});
+  }
+  if (starts.empty()) return fail("the capture has no camera: nothing sees the board");
+
+  std::map<std::size_t, Pose> probe_from_board;
+  std::map<std::size_t, CameraStart> waiting = starts;
+  pose_placements(starts, starts.begin()->first, {}, probe_from_board);
+  waiting.erase(starts.begin()->first);
+  while (!waiting.empty()) {
+    const auto next = std::find_if(waiting.begin(), waiting.end(),
+                                   [&](const auto& entry) { return join(entry.second, probe_from_board).has_value(); });
+    if (next == waiting.end()) {
+      return fail(fmt::format("{} shares no board placement with the other cameras: show the board to both at once",
+                              sensors[waiting.begin()->first].name));
+    }
+    Pose& mount = state.rig.sensors[next->first].sensor_from_probe;
+    mount = *join(next->second, probe_from_board);
+    pose_placements(starts, next->first, mount, probe_from_board);
+    waiting.erase(next);
+  }
+  for (const auto& [placement, pose] : probe_from_board) state.probe_from_board[placement] = pose;
+  return state;
+}
+
+Expected<void> add_initial_projectors(const std::vector<PixelPairs>& pairs, CalibrationState& state) {
+  for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    Sensor& sensor = state.rig.sensors[s];
+    if (sensor.kind != SensorKind::projector) continue;
+    const auto start = start_projector(projector_points(pairs, s, state));
+    if (!start) return fail(fmt::format("{}: {}", sensor.name, start.error().message));
+    auto lens = lens_from(sensor.lens.model(), sensor.lens.size(), start->intrinsics);
+    if (!lens) return fail(fmt::format("{}: {}", sensor.name, lens.error().message));
+    sensor.lens = std::move(*lens);
+    sensor.sensor_from_probe = start->sensor_from_points;
+  }
+  return {};
+}
+
+}  // namespace crumple

@@ -1,0 +1,105 @@
+#include "calib/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace crumple {
+namespace {
+
+constexpr double kBadViewRatio = 2.5;
+constexpr double kBadViewOutliers = 0.25;
+constexpr double kGroupOutliers = 0.05;
+constexpr std::size_t kFewPlacements = 5;
+constexpr double kSmallTilt_rad = 20 * std::numbers::pi / 180;
+constexpr double kFocalUncertainty = 0.01;
+constexpr double kIllConditioned = 1e9;
+
+const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view) {
+  return *std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& group) {
+    return group.sensor == view.sensor && group.kind == view.kind;
+  });
+}
+
+void judge_views(const Calibration& calibration, std::vector<std::string>& reasons) {
+  for (const ViewSummary& view : calibration.bundle.views) {
+    if (view.inlier.empty()) continue;
+    const GroupSummary& group = group_of(calibration.bundle, view);
+    const double expected = group.sigma_px * (view.kind == View::Kind::stripes ? 1 : std::numbers::sqrt2);
+    const auto left_out = std::count(view.inlier.begin(), view.inlier.end(), 0);
+    const double share = static_cast<double>(left_out) / static_cast<double>(view.inlier.size());
+    if (view.rms_px <= kBadViewRatio * expected && share <= kBadViewOutliers) continue;
+    reasons.push_back(
+        fmt::format("station {} is bad in {}: RMS {:.2f} px where {:.2f} px is usual, {:.0f} % of its {} left out; "
+                    "look at the image, "
+                    "or exclude it with the reason",
+                    calibration.placement_names[view.placement], calibration.bundle.state.rig.sensors[view.sensor].name,
+                    view.rms_all_px, expected, 100 * share, name_of(view.kind)));
+  }
+}
+
+void judge_groups(const BundleResult& bundle, std::vector<std::string>& reasons) {
+  for (const GroupSummary& group : bundle.groups) {
+    const std::string name = group_name(bundle.state.rig, group.sensor, group.kind);
+    const double share = static_cast<double>(group.outliers) / static_cast<double>(group.observations);
+    if (share > kGroupOutliers) {
+      reasons.push_back(fmt::format("{}: {:.1f} % of the observations are outliers", name, 100 * share));
+    }
+    if (!group.sigma_estimated) {
+      reasons.push_back(
+          fmt::format("{}: too few observations to estimate their noise; {:.2f} px is assumed", name, group.sigma_px));
+    }
+  }
+}
+
+// The largest angle between two board normals in the probe frame.
+double tilt_span_rad(const CalibrationState& state) {
+  double smallest_cosine = 1;
+  for (const Pose& a : state.probe_from_board) {
+    for (const Pose& b : state.probe_from_board) {
+      const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+      smallest_cosine = std::min(smallest_cosine, (a.rotation * z).dot(b.rotation * z));
+    }
+  }
+  return std::acos(std::clamp(smallest_cosine, -1.0, 1.0));
+}
+
+void judge_geometry(const Calibration& calibration, std::vector<std::string>& reasons) {
+  const CalibrationState& state = calibration.bundle.state;
+  if (calibration.placement_names.size() < kFewPlacements) {
+    reasons.push_back(fmt::format("only {} board placements: take at least {}, tilted differently",
+                                  calibration.placement_names.size(), kFewPlacements));
+  }
+  if (const double span = tilt_span_rad(state); span < kSmallTilt_rad) {
+    reasons.push_back(fmt::format("the board's tilts span only {:.0f} degrees: tilt it by 30 degrees about both axes",
+                                  span * 180 / std::numbers::pi));
+  }
+  for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    const Sensor& sensor = state.rig.sensors[s];
+    const Eigen::MatrixXd covariance = calibration.bundle.covariance.of({{BlockId::Kind::lens, s}}, state);
+    const double relative = std::sqrt(covariance(0, 0)) / sensor.lens.parameters()[0];
+    if (relative > kFocalUncertainty) {
+      reasons.push_back(fmt::format("{}: the focal length is known to {:.1f} % only: add tilts and distances",
+                                    sensor.name, 100 * relative));
+    }
+  }
+  if (calibration.bundle.covariance.condition() > kIllConditioned) {
+    reasons.push_back(fmt::format("{} can hardly be told apart: choose a lens model with fewer terms or add views",
+                                  calibration.bundle.covariance.weakest_direction()));
+  }
+}
+
+}  // namespace
+
+Verdict judge(const Calibration& calibration) {
+  Verdict verdict;
+  judge_views(calibration, verdict.reasons);
+  judge_groups(calibration.bundle, verdict.reasons);
+  judge_geometry(calibration, verdict.reasons);
+  verdict.ok = verdict.reasons.empty();
+  return verdict;
+}
+
+}  // namespace crumple

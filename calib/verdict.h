@@ -1,0 +1,23 @@
+// Is a calibration to be trusted? A verdict with reasons a person can act on.
+//
+// suspect where: a view's own residuals are more than 2.5 times its group's sigma, or more than a quarter of its
+// observations were outliers; a group lost more than 5 % of its observations, or was too small for a sigma of its own;
+// fewer than five placements, or tilts that span less than 20 degrees; a focal length less certain than 1 %; an
+// information matrix with a condition above 1e9 (then the weakest direction is named).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/calibrate.h"
+
+namespace crumple {
+
+struct Verdict {
+  bool ok = true;
+  std::vector<std::string> reasons;  // why not; empty where ok
+};
+
+Verdict judge(const Calibration& calibration);
+
+}  // namespace crumple

@@ -1,0 +1,34 @@
+#include "cli/record.h"
+
+#include <charconv>
+#include <cstdlib>
+#include <ctime>
+#include <string_view>
+
+#include <fmt/chrono.h>
+
+#include "datasets/run_record.h"
+
+namespace crumple {
+namespace {
+
+std::string date_of_run() {
+  std::time_t seconds = std::time(nullptr);
+  if (const char* const epoch = std::getenv("SOURCE_DATE_EPOCH")) {
+    const std::string_view text = epoch;
+    std::from_chars(text.data(), text.data() + text.size(), seconds);
+  }
+  return fmt::format("{:%Y-%m-%d}", fmt::gmtime(seconds));
+}
+
+}  // namespace
+
+Expected<void> commit_with_record(OutputFolder& folder, const VerbContext& context,
+                                  const std::vector<std::filesystem::path>& inputs,
+                                  const std::map<std::string, std::uint64_t>& seeds) {
+  const RunRecord record{CRUMPLE_VERSION, context.verb, date_of_run(), context.flags, seeds, inputs};
+  if (auto written = write_run_record(folder.path(), record); !written) return written;
+  return folder.commit();
+}
+
+}  // namespace crumple

@@ -1,0 +1,22 @@
+// How a verb finishes its output folder.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/verb.h"
+#include "datasets/output_folder.h"
+#include "solvers/expected.h"
+
+namespace crumple {
+
+// Writes the run record (see datasets/run_record.h) into the folder and gives the folder its final name. The record's
+// date is SOURCE_DATE_EPOCH where the environment sets it (reproducible-builds.org), else today.
+Expected<void> commit_with_record(OutputFolder& folder, const VerbContext& context,
+                                  const std::vector<std::filesystem::path>& inputs = {},
+                                  const std::map<std::string, std::uint64_t>& seeds = {});
+
+}  // namespace crumple

@@ -1,0 +1,167 @@
+#include "datasets/capture.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "datasets/check_capture.h"
+#include "datasets/file_template.h"
+
+namespace crumple {
+namespace {
+
+using Kind = FrameContent::Kind;
+
+Expected<const CaptureSensor*> find_camera(const Capture& capture, const std::string& camera) {
+  const CaptureSensor* sensor = capture.sensor(camera);
+  if (sensor == nullptr || sensor->kind != SensorKind::camera || !capture.files.contains(camera)) {
+    return fail(fmt::format("{} describes no camera `{}`", capture.description.string(), camera));
+  }
+  return sensor;
+}
+
+// The sentences of the errors, the first five where there are more.
+std::string joined_errors(const std::vector<Finding>& findings) {
+  std::string text;
+  int count = 0;
+  for (const Finding& finding : findings) {
+    if (finding.severity != Severity::error || ++count > 5) continue;
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "\n", finding.where, finding.sentence);
+  }
+  return count > 5 ? fmt::format("{}\nand {} more errors", text, count - 5) : text;
+}
+
+StripeImages sorted_into_stacks(const Capture& capture, const std::vector<cv::Mat>& images) {
+  StripeImages result;
+  result.projector = capture.sensor(*capture.projector)->size;
+  for (const StripeOrientation& orientation : capture.orientations) {
+    StripeStack stack{orientation, std::vector<cv::Mat>(orientation.bits), {}};
+    if (orientation.inverse) stack.inverses.resize(orientation.bits);
+    result.stacks.push_back(stack);
+  }
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const FrameContent& frame = capture.frames[i];
+    if (frame.kind == Kind::white) result.white = images[i];
+    if (frame.kind == Kind::black) result.black = images[i];
+    if (frame.kind != Kind::stripes) continue;
+    StripeStack& stack = result.stacks[frame.orientation];
+    (frame.inverted ? stack.inverses : stack.patterns)[frame.bit] = images[i];
+  }
+  return result;
+}
+
+}  // namespace
+
+const CaptureSensor* Capture::sensor(const std::string& name) const {
+  const auto found = std::find_if(sensors.begin(), sensors.end(), [&](const auto& s) { return s.name == name; });
+  return found == sensors.end() ? nullptr : &*found;
+}
+
+const Station* Capture::station(const std::string& id) const {
+  const auto found = std::find_if(stations.begin(), stations.end(), [&](const auto& s) { return s.id == id; });
+  return found == stations.end() ? nullptr : &*found;
+}
+
+std::optional<Exclusion> Capture::exclusion(const std::string& station_id, const std::string& sensor_name) const {
+  for (const Exclusion& e : excluded) {
+    if (e.station == station_id && (e.sensor.empty() || e.sensor == sensor_name)) return e;
+  }
+  return {};
+}
+
+std::optional<std::size_t> Capture::find_frame(FrameContent::Kind kind) const {
+  const auto found = std::find_if(frames.begin(), frames.end(), [&](const auto& f) { return f.kind == kind; });
+  if (found == frames.end()) return {};
+  return static_cast<std::size_t>(found - frames.begin());
+}
+
+std::filesystem::path Capture::image_file(const std::string& camera, const std::string& station_id,
+                                          std::size_t frame) const {
+  const auto naming = files.find(camera);
+  if (naming == files.end()) return {};
+  const auto parsed = FileTemplate::parse(naming->second.path_template);
+  if (!parsed) return {};
+  const Station* known = station(station_id);
+  FileTemplateValues values;
+  values.station = known != nullptr && !known->name_in_files.empty() ? known->name_in_files : station_id;
+  values.sensor = camera;
+  values.frame =
+      naming->second.frame_offset + (frame < frame_numbers.size() ? frame_numbers[frame] : static_cast<int>(frame));
+  values.frame_name = frame < frame_names.size() ? frame_names[frame] : "";
+  return images / parsed->expand(values);
+}
+
+std::string frame_words(const FrameContent& content) {
+  switch (content.kind) {
+    case Kind::white:
+      return "white";
+    case Kind::black:
+      return "black";
+    case Kind::ambient:
+      return "ambient light";
+    case Kind::chessboard:
+      return "the projected chessboard";
+    case Kind::stripes:
+      return fmt::format("{}bit {} of orientation {}", content.inverted ? "the inverse of " : "", content.bit,
+                         content.orientation);
+  }
+  return {};
+}
+
+Expected<Capture> read_capture(const std::filesystem::path& description,
+                               const std::optional<std::filesystem::path>& images) {
+  const auto bytes = read_file_bytes(description);
+  if (!bytes) return tl::unexpected(bytes.error());
+  auto capture = parse_capture(std::string(bytes->begin(), bytes->end()), description.string());
+  if (!capture) return capture;
+  capture->description = description;
+  capture->images = images ? *images : description.parent_path() / capture->images;
+  std::error_code failure;
+  if (!std::filesystem::is_directory(capture->images, failure)) {
+    return fail(
+        fmt::format("{}: the image folder {} does not exist: correct `images`, or name the folder on the "
+                    "command line",
+                    description.string(), capture->images.string()));
+  }
+  return capture;
+}
+
+Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, const std::string& station,
+                             std::size_t frame) {
+  const auto sensor = find_camera(capture, camera);
+  if (!sensor) return tl::unexpected(sensor.error());
+  const std::filesystem::path file = capture.image_file(camera, station, frame);
+  auto image = read_image(file, (*sensor)->colour);
+  if (!image) return image;
+  const ImageSize size = (*sensor)->size;
+  if (image->cols != size.width_px || image->rows != size.height_px) {
+    return fail(fmt::format("{} is {} x {} px, but camera {} has {} x {}: correct size_px, or the file", file.string(),
+                            image->cols, image->rows, camera, size.width_px, size.height_px));
+  }
+  return image;
+}
+
+Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& camera, const std::string& station) {
+  auto frame = capture.find_frame(Kind::white);
+  if (!frame) frame = capture.find_frame(Kind::ambient);
+  if (!frame) {
+    return fail(fmt::format("{} has neither a white nor an ambient frame to look for the board in",
+                            capture.description.string()));
+  }
+  return read_frame(capture, camera, station, *frame);
+}
+
+Expected<StripeImages> read_stripe_images(const Capture& capture, const std::string& camera,
+                                          const std::string& station) {
+  const auto sensor = find_camera(capture, camera);
+  if (!sensor) return tl::unexpected(sensor.error());
+  if (!capture.projector || capture.orientations.empty()) {
+    return fail(fmt::format("{} describes no stripe patterns: add `patterns` and list them in `frames`",
+                            capture.description.string()));
+  }
+  const StationFrames frames = check_station(capture, camera, station);
+  if (has_error(frames.findings)) return fail(joined_errors(frames.findings));
+  return sorted_into_stacks(capture, frames.images);
+}
+
+}  // namespace crumple

@@ -1,0 +1,23 @@
+// Clouds as binary little-endian PLY.
+//
+// Vertex properties: double x y z (mm); float nx ny nz, intensity, sigma_mm, cov_xx cov_xy cov_xz cov_yy cov_yz cov_zz
+// (mm^2), quality; ushort station. Comments state the schema, the frame, the units and the stations' ids in order.
+#pragma once
+
+#include <filesystem>
+
+#include "recon/cloud.h"
+#include "solvers/expected.h"
+
+namespace crumple {
+
+// Every bit survives, except that the covariance's lower triangle is not stored: it is the upper one mirrored.
+Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud);
+
+// Takes PLY files of others too: any scalar types in any order, further properties, and elements behind the vertices
+// (a mesh's faces), which are ignored; what is missing keeps CloudPoint's default. Fails, naming the file, on ASCII and
+// big-endian files, lists among the vertex properties, a file that is too short, a position that is not finite, and a
+// station without an id.
+Expected<Cloud> read_cloud(const std::filesystem::path& file);
+
+}  // namespace crumple

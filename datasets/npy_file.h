@@ -1,0 +1,19 @@
+// NumPy's .npy files (format version 1.0) with one matrix of doubles.
+#pragma once
+
+#include <filesystem>
+
+#include <Eigen/Core>
+
+#include "solvers/expected.h"
+
+namespace crumple {
+
+// float64, little-endian, C order; every bit survives.
+Expected<void> write_npy(const std::filesystem::path& file, const Eigen::MatrixXd& matrix);
+
+// Takes float64 matrices (two dimensions, either order). Fails, naming the file, on other types and shapes, on a file
+// that is too short or too long, and on a number that is not finite.
+Expected<Eigen::MatrixXd> read_npy(const std::filesystem::path& file);
+
+}  // namespace crumple

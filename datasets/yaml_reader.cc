@@ -1,0 +1,229 @@
+#include "datasets/yaml_reader.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace crumple {
+namespace {
+
+constexpr std::size_t kProblemsShown = 20;
+
+// Quoted scalars carry the tag "!": a quoted 7 is a text, not a number.
+bool is_quoted(const YAML::Node& node) { return node.Tag() == "!"; }
+
+template <typename Number>
+std::optional<Number> parsed(const std::string& digits) {
+  Number value{};
+  const char* end = digits.data() + digits.size();
+  const char* begin = digits.data() + (digits.starts_with('+') ? 1 : 0);
+  const auto [stopped, failure] = std::from_chars(begin, end, value);
+  if (failure != std::errc() || stopped != end) return {};
+  return value;
+}
+
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({row[j] + 1, diagonal + 1, substituted});
+    }
+  }
+  return row[b.size()];
+}
+
+// A name without its unit: "pitch" of "pitch_mm".
+std::string stem(const std::string& key) { return key.substr(0, key.rfind('_')); }
+
+std::string shortened(const std::string& text) { return text.size() <= 60 ? text : text.substr(0, 57) + "..."; }
+
+}  // namespace
+
+void YamlProblems::add(const YAML::Mark& mark, const std::string& field, const std::string& sentence) {
+  const int line = mark.is_null() ? 1 : mark.line + 1;
+  const int column = mark.is_null() ? 1 : mark.column + 1;
+  const std::string subject = field.empty() ? "" : field + ": ";
+  problems_.push_back({line, column, fmt::format("{}:{}:{}: {}{}", file_name_, line, column, subject, sentence)});
+}
+
+std::optional<Error> YamlProblems::error() const {
+  if (problems_.empty()) return {};
+  std::vector<Problem> sorted = problems_;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Problem& a, const Problem& b) {
+    return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  });
+  std::vector<std::string> lines;
+  for (const Problem& problem : sorted) {
+    if (lines.size() == kProblemsShown) break;
+    lines.push_back(problem.text);
+  }
+  if (sorted.size() > kProblemsShown) {
+    lines.push_back(fmt::format("{}: and {} more problems", file_name_, sorted.size() - kProblemsShown));
+  }
+  return Error{fmt::format("{}", fmt::join(lines, "\n"))};
+}
+
+Expected<YAML::Node> parse_yaml(const std::string& text, const std::string& file_name) {
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.empty() || documents[0].IsNull()) return fail(file_name + ":1:1: the file is empty");
+    if (documents.size() > 1) return fail(file_name + ": more than one document (`---`): keep one to a file");
+    return documents[0];
+  } catch (const YAML::Exception& exception) {
+    YamlProblems problems(file_name);
+    problems.add(exception.mark, "", "not valid YAML: " + exception.msg);
+    return tl::unexpected<Error>(*problems.error());
+  }
+}
+
+YamlValue::YamlValue(const YAML::Node& node, std::string field, YamlProblems* problems)
+    : node_(node), field_(std::move(field)), problems_(problems) {}
+
+void YamlValue::problem(const std::string& sentence) const { problems_->add(node_.Mark(), field_, sentence); }
+
+std::string YamlValue::text() const {
+  if (node_.IsScalar() && !node_.Scalar().empty()) return node_.Scalar();
+  problem("must be a text" + std::string(node_.IsScalar() || node_.IsNull() ? ", and is empty" : ""));
+  return {};
+}
+
+int YamlValue::integer(int lowest, int highest) const {
+  const auto value = node_.IsScalar() && !is_quoted(node_) ? parsed<int>(node_.Scalar()) : std::nullopt;
+  if (value && *value >= lowest && *value <= highest) return *value;
+  const std::string given = node_.IsScalar() ? fmt::format(", not `{}`", shortened(node_.Scalar())) : "";
+  problem(fmt::format("must be a whole number from {} to {} without quotes{}", lowest, highest, given));
+  return lowest;
+}
+
+double YamlValue::number(double lowest, double highest) const {
+  const auto value = node_.IsScalar() && !is_quoted(node_) ? parsed<double>(node_.Scalar()) : std::nullopt;
+  if (value && std::isfinite(*value) && *value >= lowest && *value <= highest) return *value;
+  const std::string given = node_.IsScalar() ? fmt::format(", not `{}`", shortened(node_.Scalar())) : "";
+  problem(fmt::format("must be a number from {:g} to {:g} without quotes{}", lowest, highest, given));
+  return lowest;
+}
+
+double YamlValue::positive_number() const {
+  const auto value = node_.IsScalar() && !is_quoted(node_) ? parsed<double>(node_.Scalar()) : std::nullopt;
+  if (value && std::isfinite(*value) && *value > 0) return *value;
+  const std::string given = node_.IsScalar() ? fmt::format(", not `{}`", shortened(node_.Scalar())) : "";
+  problem("must be a number above zero without quotes" + given);
+  return 1;
+}
+
+bool YamlValue::boolean() const {
+  if (node_.IsScalar() && !is_quoted(node_)) {
+    if (node_.Scalar() == "true") return true;
+    if (node_.Scalar() == "false") return false;
+  }
+  problem("must be true or false");
+  return false;
+}
+
+std::string YamlValue::one_of(const std::vector<std::string>& words) const {
+  if (node_.IsScalar() && std::find(words.begin(), words.end(), node_.Scalar()) != words.end()) return node_.Scalar();
+  const std::string given = node_.IsScalar() ? fmt::format(", not `{}`", shortened(node_.Scalar())) : "";
+  problem(fmt::format("must be {}{}", fmt::join(words, " or "), given));
+  return words.front();
+}
+
+std::vector<YamlValue> YamlValue::list() const {
+  std::vector<YamlValue> items;
+  if (!node_.IsSequence()) {
+    problem("must be a list, such as [a, b]");
+    return items;
+  }
+  for (std::size_t i = 0; i < node_.size(); ++i) {
+    items.emplace_back(node_[i], fmt::format("{}[{}]", field_, i), problems_);
+  }
+  return items;
+}
+
+YamlMap YamlValue::map() const {
+  if (!node_.IsMap()) problem("must be a map, such as {key: value}");
+  return {node_, field_, problems_};
+}
+
+YamlMap::YamlMap(const YAML::Node& node, std::string field, YamlProblems* problems)
+    : node_(node), field_(std::move(field)), problems_(problems) {
+  if (!node_.IsMap()) return;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar()) {
+      problems_->add(entry.first.Mark(), field_, "a key must be a plain word");
+      continue;
+    }
+    const std::string key = entry.first.Scalar();
+    if (!values_.emplace(key, entry.second).second) {
+      problems_->add(entry.first.Mark(), path_of(key), "is given twice: keep one");
+      continue;
+    }
+    key_marks_[key] = entry.first.Mark();
+    order_.push_back(key);
+  }
+}
+
+std::string YamlMap::path_of(const std::string& key) const {
+  return field_.empty() ? shortened(key) : field_ + "." + shortened(key);
+}
+
+std::optional<YamlValue> YamlMap::find(const std::string& key) {
+  known_.push_back(key);
+  const auto found = values_.find(key);
+  if (found == values_.end()) return {};
+  return YamlValue(found->second, path_of(key), problems_);
+}
+
+std::optional<YamlValue> YamlMap::require(const std::string& key, const std::string& what) {
+  std::optional<YamlValue> value = find(key);
+  // A node that is no map at all has been reported already.
+  if (!value && node_.IsMap()) problem(fmt::format("`{}` is missing: {}", key, what));
+  return value;
+}
+
+std::vector<std::pair<std::string, YamlValue>> YamlMap::entries() {
+  std::vector<std::pair<std::string, YamlValue>> all;
+  for (const std::string& key : order_) {
+    known_.push_back(key);
+    all.emplace_back(key, YamlValue(values_.at(key), path_of(key), problems_));
+  }
+  return all;
+}
+
+void YamlMap::problem(const std::string& sentence) const { problems_->add(node_.Mark(), field_, sentence); }
+
+void YamlMap::finish() const {
+  for (const std::string& key : order_) {
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    problems_->add(key_marks_.at(key), field_, fmt::format("unknown key `{}`{}", shortened(key), suggestion(key)));
+  }
+}
+
+std::string YamlMap::suggestion(const std::string& key) const {
+  std::string nearest;
+  std::size_t distance = std::numeric_limits<std::size_t>::max();
+  if (key.size() <= 60) {
+    for (const std::string& known : known_) {
+      const bool other_unit = stem(known) == stem(key) || stem(known) == key;
+      const std::size_t d = other_unit ? 1 : edit_distance(key, known);
+      if (d < distance && d <= std::max<std::size_t>(2, known.size() / 3)) {
+        nearest = known;
+        distance = d;
+      }
+    }
+  }
+  if (nearest.empty()) return fmt::format("; known here: {}", fmt::join(known_, ", "));
+  const bool other_unit = stem(nearest) == stem(key) && nearest != stem(nearest) && stem(key) != key;
+  return fmt::format("; did you mean `{}`?{}", nearest, other_unit ? " (The unit is part of the key.)" : "");
+}
+
+}  // namespace crumple

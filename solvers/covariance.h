@@ -1,0 +1,66 @@
+// The covariance of a joint refinement, from its normal equations.
+//
+// WARNING: this is the linear propagation of independent, whitened observation noise at the optimum. It is true only
+// for the final solve: without robust loss, with sigma as estimated, outliers left out.
+//
+// With the whitened Jacobian split into common parameters a and the placements b_j (nuisance, 6 each),
+//   J'J = [ A  B_j ; B_j'  D_j ],   S = A - sum_j B_j D_j^-1 B_j'          (Schur complement)
+//   cov(a) = S^-1,  cov(a, b_j) = -S^-1 B_j D_j^-1,  cov(b_j) = D_j^-1 + D_j^-1 B_j' S^-1 B_j D_j^-1.
+// S is equilibrated to a unit diagonal before it is factored. Where its smallest equilibrated eigenvalue lies below
+// 1e-10 the parameters are not determined: that is an error which names the direction.
+//
+// Gauge: the reference sensor's mount is held, so every row is relative to that sensor's frame.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solvers/expected.h"
+#include "solvers/parameters.h"
+
+namespace crumple {
+
+class NormalEquations {
+ public:
+  explicit NormalEquations(const Parameters& parameters);
+
+  // Adds a whitened view. Views must come in one fixed order: the sums' bits depend on it.
+  void add(const View& view, const ViewEvaluation& whitened);
+
+ private:
+  friend class JointCovariance;
+  const Parameters& parameters_;
+  Eigen::MatrixXd common_;
+  std::map<std::size_t, Matrix6d> placement_;
+  std::map<std::size_t, Eigen::Matrix<double, Eigen::Dynamic, 6>> coupling_;
+};
+
+class JointCovariance {
+ public:
+  static Expected<JointCovariance> create(const NormalEquations& equations, const CalibrationState& state);
+
+  // Of the common parameters; row i is names()[i], such as "cam0.fx" or "board.warp_x".
+  const Eigen::MatrixXd& common() const { return common_; }
+  const std::vector<std::string>& names() const { return names_; }
+  // Joint covariance of the given blocks (at most one placement among them), in their order; zero rows for held blocks.
+  Eigen::MatrixXd of(const std::vector<BlockId>& blocks, const CalibrationState& state) const;
+
+  // Condition of the equilibrated information matrix, and its weakest direction in words.
+  double condition() const { return condition_; }
+  const std::string& weakest_direction() const { return weakest_direction_; }
+
+ private:
+  explicit JointCovariance(const Parameters& parameters) : parameters_(parameters) {}
+
+  Parameters parameters_;
+  std::vector<std::string> names_;
+  Eigen::MatrixXd common_;
+  std::map<std::size_t, Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1
+  std::map<std::size_t, Matrix6d> placement_inverse_;                     // D_j^-1
+  double condition_ = 0;
+  std::string weakest_direction_;
+};
+
+}  // namespace crumple

@@ -1,0 +1,40 @@
+// Which parameter blocks are estimated and where each stands in the joint vector.
+//
+// Order: the common blocks first (per sensor its lens, then its mount; then the board's warp), then the placements.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "solvers/residuals.h"
+
+namespace crumple {
+
+class Parameters {
+ public:
+  // Blocks that no view touches are held, as are those in `held`.
+  Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
+             const std::set<BlockId>& held);
+
+  bool estimated(const BlockId& block) const { return offsets_.contains(block); }
+  std::optional<int> common_offset(const BlockId& block) const;
+  int common_size() const { return common_size_; }
+  const std::vector<BlockId>& common_blocks() const { return common_blocks_; }
+  const std::vector<std::size_t>& placements() const { return placements_; }
+  int size() const { return common_size_ + 6 * static_cast<int>(placements_.size()); }
+
+  // "cam0.fx", "proj0.rotation_x", "board.warp_x": one per row of the common part.
+  std::vector<std::string> common_names(const CalibrationState& state) const;
+
+ private:
+  std::map<BlockId, int> offsets_;
+  std::vector<BlockId> common_blocks_;
+  std::vector<std::size_t> placements_;
+  int common_size_ = 0;
+};
+
+}  // namespace crumple

@@ -1,0 +1,106 @@
+#include <gtest/gtest.h>
+
+#include "solvers/closed_form/homography.h"
+#include "solvers/closed_form/resection.h"
+#include "solvers/closed_form/zhang.h"
+#include "tests/solvers/synthetic.h"
+
+namespace crumple {
+namespace {
+
+struct Views {
+  Synthetic made;
+  std::vector<Eigen::Matrix3d> homographies;
+};
+
+Views views(SyntheticOptions options) {
+  options.model = "LENSMODEL_PINHOLE";
+  Views result{make_synthetic(options), {}};
+  for (const CornerView& view : result.made.observations.corners) {
+    Points2d on_board;
+    for (const int corner : view.corners) on_board.push_back(result.made.truth.board.corner(corner).head<2>());
+    result.homographies.push_back(homography(on_board, view.pixels).value());
+  }
+  return result;
+}
+
+TEST(Homography, RecoversTheMap) {
+  const Eigen::Matrix3d truth = (Eigen::Matrix3d() << 1.2, 0.1, 300, -0.2, 0.9, 150, 1e-4, -2e-4, 1).finished();
+  Points2d a, b;
+  for (const Eigen::Vector2d& p : Points2d{{0, 0}, {400, 10}, {390, 300}, {-5, 310}, {123, 45}}) {
+    a.push_back(p);
+    b.push_back(apply_homography(truth, p));
+  }
+  EXPECT_LT((homography(a, b).value() - truth.normalized()).norm(), 1e-12);
+}
+
+TEST(Homography, RefusesPointsOnALine) {
+  Points2d line;
+  for (int i = 0; i < 10; ++i) line.emplace_back(i * 10.0, i * 7.0);
+  EXPECT_FALSE(homography(line, line));
+  EXPECT_FALSE(homography({{0, 0}, {1, 0}, {0, 1}}, {{0, 0}, {1, 0}, {0, 1}}));
+}
+
+TEST(Zhang, RecoversIntrinsicsAndPoses) {
+  const Views v = views({});
+  const PinholeIntrinsics k = zhang_intrinsics(v.homographies).value();
+  const std::vector<double>& truth = v.made.truth.rig.sensors[0].lens.parameters();
+  EXPECT_NEAR(k.focal_x_px, truth[0], 1e-6);
+  EXPECT_NEAR(k.focal_y_px, truth[1], 1e-6);
+  EXPECT_NEAR(k.principal_point_px.x(), truth[2], 1e-6);
+  EXPECT_NEAR(k.principal_point_px.y(), truth[3], 1e-6);
+  for (std::size_t i = 0; i < v.homographies.size(); ++i) {
+    const Vector6d step = local_step(plane_pose(v.homographies[i], k.matrix()), v.made.truth.probe_from_board[i]);
+    EXPECT_LT(step.norm(), 1e-6);
+  }
+}
+
+TEST(Zhang, NoiseLeavesAUsableStart) {
+  const PinholeIntrinsics k = zhang_intrinsics(views({.corner_sigma_px = 0.3}).homographies).value();
+  EXPECT_NEAR(k.focal_x_px, 1400, 70);
+  EXPECT_NEAR(k.principal_point_px.x(), 515, 60);
+}
+
+TEST(Zhang, RefusesParallelPlacements) {
+  Views v = views({.placements = 1});
+  const Eigen::Matrix3d k = PinholeIntrinsics{1400, 1404, {515, 380}}.matrix();
+  std::vector<Eigen::Matrix3d> parallel;
+  for (int i = 0; i < 5; ++i) {
+    Eigen::Matrix3d plane = Eigen::Matrix3d::Identity();
+    plane.col(2) << 20.0 * i - 100, 15.0 * i - 80, 700 + 50 * i;
+    parallel.push_back(k * plane);
+  }
+  const auto answer = zhang_intrinsics(parallel);
+  ASSERT_FALSE(answer);
+  EXPECT_NE(answer.error().message.find("parallel"), std::string::npos);
+}
+
+TEST(Resection, RecoversAProjectorWithAnOffsetLens) {
+  const Views v = views({.placements = 3});
+  std::vector<Eigen::Vector3d> points;
+  Points2d pixels;
+  const Sensor& projector = v.made.truth.rig.sensors[1];
+  for (const Pose& probe_from_board : v.made.truth.probe_from_board) {
+    for (int i = 0; i < v.made.truth.board.corner_count(); ++i) {
+      points.push_back(probe_from_board * v.made.truth.board.corner(i));
+      pixels.push_back(projector.lens.project(projector.sensor_from_probe * points.back()));
+    }
+  }
+  const Resection found = resect(points, pixels).value();
+  EXPECT_NEAR(found.intrinsics.focal_x_px, projector.lens.parameters()[0], 1e-4);
+  EXPECT_NEAR(found.intrinsics.principal_point_px.y(), 850, 1e-4);
+  EXPECT_LT(local_step(found.sensor_from_points, projector.sensor_from_probe).norm(), 1e-4);
+}
+
+TEST(Resection, RefusesPointsOnAPlane) {
+  std::vector<Eigen::Vector3d> points;
+  Points2d pixels;
+  for (int i = 0; i < 20; ++i) {
+    points.emplace_back(i % 5 * 10, i / 5 * 10, 500 + i % 5 * 3);
+    pixels.emplace_back(points.back().hnormalized() * 1000);
+  }
+  EXPECT_FALSE(resect(points, pixels));
+}
+
+}  // namespace
+}  // namespace crumple
