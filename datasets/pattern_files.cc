@@ -5,18 +5,15 @@
 #include <cmath>
 
 #include <fmt/core.h>
-#include <opencv2/imgcodecs.hpp>
-#include <yaml-cpp/yaml.h>
 
+#include "datasets/image_io.h"
 #include "datasets/output_folder.h"
 
 namespace crumple {
 namespace {
 
 double degrees(double angle_rad) {
-  const double angle_deg = angle_rad * 180 / M_PI;
-  const double rounded = std::round(angle_deg * 1e9) / 1e9;
-  return rounded;
+  return std::round(angle_rad * 180 / M_PI * 1e9) / 1e9;  // 60, not 59.99999999999999
 }
 
 std::string description(const FrameContent& frame, const std::vector<StripeOrientation>& orientations) {
@@ -26,10 +23,26 @@ std::string description(const FrameContent& frame, const std::vector<StripeOrien
                      frame.inverted ? "_inverse" : "");
 }
 
-Expected<void> write_png(const std::filesystem::path& file, const cv::Mat& image) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", image, bytes)) return fail(fmt::format("{} cannot be encoded.", file.string()));
-  return write_file(file, std::string(bytes.begin(), bytes.end()));
+// The keys of capture.yaml that follow from the patterns, and a list of the images.
+std::string description_yaml(const std::vector<StripeOrientation>& orientations, ImageSize projector,
+                             const std::vector<std::string>& names) {
+  std::string text = fmt::format(
+      "# What the projector shows. Copy these keys into capture.yaml and add the cameras, the board and the stations.\n"
+      "sensors:\n"
+      "  projector: {{kind: projector, size_px: [{}, {}]}}\n"
+      "patterns:\n"
+      "  projector: projector\n"
+      "  orientations:\n",
+      projector.width_px, projector.height_px);
+  for (const StripeOrientation& orientation : orientations)
+    text += fmt::format("    - {{angle_deg: {}, stripe_width_px: {}, bits: {}, code_offset: {}, inverse: {}}}\n",
+                        degrees(orientation.angle_rad), orientation.stripe_width_px, orientation.bits,
+                        orientation.code_offset, orientation.inverse);
+  text += "frames: [white, black";
+  for (std::size_t i = 0; i < orientations.size(); ++i) text += fmt::format(", {{stripes: {}}}", i);
+  text += "]\n# The images, frame by frame:\n";
+  for (std::size_t i = 0; i < names.size(); ++i) text += fmt::format("#   {}: {}\n", i, names[i]);
+  return text;
 }
 
 }  // namespace
@@ -83,6 +96,8 @@ Expected<std::vector<std::string>> write_patterns(const std::filesystem::path& f
     if (auto done = write_png(folder / names[i], image); !done) return tl::unexpected(done.error());
     if (written) written();
   }
+  const auto described = write_file(folder / "patterns.yaml", description_yaml(orientations, projector, names));
+  if (!described) return tl::unexpected(described.error());
   return names;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,8 @@ struct RigCovariance {
 struct Rig {
   std::vector<Sensor> sensors;
   RigCovariance covariance;  // empty where none was estimated
+  // Standard deviation of one measured coordinate, px, per group of observations, such as "cam0.corners".
+  std::map<std::string, double> sigma_px;
 
   std::optional<std::size_t> find(const std::string& name) const;
 };

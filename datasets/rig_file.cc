@@ -1,0 +1,244 @@
+#include "datasets/rig_file.h"
+
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "datasets/cameramodel_file.h"
+#include "datasets/npy_file.h"
+#include "datasets/output_folder.h"
+#include "datasets/yaml_reader.h"
+
+namespace crumple {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* schema = "crumple-rig/1";
+constexpr const char* description_name = "rig.yaml";
+constexpr const char* covariance_name = "covariance.npy";
+constexpr double largest = 1e12;  // bounds every number of rig.yaml
+
+// Rounding between a quaternion and the rotation vector in the .cameramodel, and of a quaternion's length.
+constexpr double rounding = 1e-9;
+
+// Names become file names, and keys in YAML.
+bool is_plain_name(const std::string& name) {
+  constexpr const char* letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  return !name.empty() && name.size() <= 100 && name.find_first_not_of(letters) == std::string::npos;
+}
+
+std::string quoted(const std::string& text) { return "\"" + text + "\""; }
+
+std::string description(const Rig& rig) {
+  std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", schema);
+  for (const Sensor& sensor : rig.sensors) {
+    const Eigen::Quaterniond& q = sensor.sensor_from_probe.rotation;
+    const Eigen::Vector3d& t = sensor.sensor_from_probe.translation;
+    text += fmt::format(
+        "  - name: {}\n    kind: {}\n    size_px: [{}, {}]\n    lens_model: {}\n    file: {}\n"
+        "    sensor_from_probe:\n      quaternion_wxyz: [{}, {}, {}, {}]\n      translation_mm: [{}, {}, {}]\n",
+        quoted(sensor.name), sensor.kind == SensorKind::camera ? "camera" : "projector", sensor.lens.size().width_px,
+        sensor.lens.size().height_px, sensor.lens.model(), quoted(sensor.name + ".cameramodel"), q.w(), q.x(), q.y(),
+        q.z(), t.x(), t.y(), t.z());
+  }
+  if (!rig.sigma_px.empty()) text += "sigma_px:\n";
+  for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", quoted(group), sigma_px);
+  if (rig.covariance.names.empty()) return text;
+  text += fmt::format("covariance:\n  file: {}\n  rows:\n", covariance_name);
+  for (const std::string& name : rig.covariance.names) text += fmt::format("    - {}\n", quoted(name));
+  return text;
+}
+
+Expected<void> check_sensor(const Sensor& sensor, std::set<std::string>& names) {
+  if (!is_plain_name(sensor.name))
+    return fail(
+        fmt::format("The sensor name \"{}\" cannot be a file name: use letters, digits, - and _.", sensor.name));
+  if (!names.insert(sensor.name).second) return fail(fmt::format("Two sensors are named {}.", sensor.name));
+  bool finite =
+      sensor.sensor_from_probe.rotation.coeffs().allFinite() && sensor.sensor_from_probe.translation.allFinite();
+  for (const double parameter : sensor.lens.parameters()) finite = finite && std::isfinite(parameter);
+  if (!finite) return fail(fmt::format("Sensor {} has a number that is not finite; no rig was written.", sensor.name));
+  return {};
+}
+
+Expected<void> check_covariance(const RigCovariance& covariance) {
+  const auto rows = static_cast<Eigen::Index>(covariance.names.size());
+  const Eigen::MatrixXd& matrix = covariance.matrix;
+  if (matrix.rows() != rows || matrix.cols() != rows)
+    return fail(fmt::format("it is {} x {}, but {} rows are named", matrix.rows(), matrix.cols(), rows));
+  const double asymmetry = rows == 0 ? 0 : (matrix - matrix.transpose()).cwiseAbs().maxCoeff();
+  if (!matrix.allFinite()) return fail("it holds a number that is not finite");
+  for (Eigen::Index i = 0; i < rows; ++i)
+    if (!(matrix(i, i) > 0))
+      return fail(fmt::format("the variance of {} is not above zero", covariance.names[static_cast<std::size_t>(i)]));
+  if (rows > 0 && asymmetry > rounding * matrix.diagonal().maxCoeff()) return fail("it is not symmetric");
+  return {};
+}
+
+Expected<void> check_rig(const Rig& rig) {
+  std::set<std::string> names;
+  for (const Sensor& sensor : rig.sensors)
+    if (auto sound = check_sensor(sensor, names); !sound) return sound;
+  for (const auto& [group, sigma_px] : rig.sigma_px)
+    if (!(sigma_px > 0 && sigma_px < largest)) return fail(fmt::format("sigma of {} is {} px.", group, sigma_px));
+  if (auto sound = check_covariance(rig.covariance); !sound)
+    return fail(fmt::format("The rig's covariance is unusable: {}.", sound.error().message));
+  return {};
+}
+
+std::vector<double> read_numbers(const YamlValue& value, std::size_t count) {
+  const std::vector<YamlValue> items = value.list();
+  if (items.size() != count) value.problem(fmt::format("must hold {} numbers", count));
+  std::vector<double> numbers(count);
+  for (std::size_t i = 0; i < std::min(count, items.size()); ++i) numbers[i] = items[i].number(-largest, largest);
+  return numbers;
+}
+
+Pose read_pose(const YamlValue& value) {
+  Pose pose;
+  YamlMap map = value.map();
+  if (const auto rotation = map.require("quaternion_wxyz", "[w, x, y, z]")) {
+    const std::vector<double> q = read_numbers(*rotation, 4);
+    pose.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+    if (std::abs(pose.rotation.norm() - 1) > rounding) rotation->problem("must be of unit length");
+  }
+  if (const auto translation = map.require("translation_mm", "[x, y, z]")) {
+    const std::vector<double> t = read_numbers(*translation, 3);
+    pose.translation = {t[0], t[1], t[2]};
+  }
+  map.finish();
+  return pose;
+}
+
+// What rig.yaml says of a sensor; its lens is in another file.
+struct SensorEntry {
+  std::string name;
+  SensorKind kind = SensorKind::camera;
+  ImageSize size;
+  std::string lens_model;
+  std::string file;
+  Pose sensor_from_probe;
+};
+
+SensorEntry read_sensor(const YamlValue& value) {
+  SensorEntry entry;
+  YamlMap map = value.map();
+  if (const auto name = map.require("name", "of the sensor")) {
+    entry.name = name->text();
+    if (!is_plain_name(entry.name)) name->problem("must consist of letters, digits, - and _");
+  }
+  if (const auto kind = map.require("kind", "camera or projector"))
+    entry.kind = kind->one_of({"camera", "projector"}) == "camera" ? SensorKind::camera : SensorKind::projector;
+  if (const auto size = map.require("size_px", "[width, height]")) {
+    const std::vector<YamlValue> sides = size->list();
+    if (sides.size() == 2)
+      entry.size = {sides[0].integer(1, 1000000), sides[1].integer(1, 1000000)};
+    else
+      size->problem("must hold width and height");
+  }
+  if (const auto model = map.require("lens_model", "such as LENSMODEL_OPENCV5")) entry.lens_model = model->text();
+  if (const auto file = map.require("file", "the .cameramodel with the lens")) {
+    entry.file = file->text();
+    if (entry.file.find('/') != std::string::npos) file->problem("must be a file in the rig's own folder");
+  }
+  if (const auto pose = map.require("sensor_from_probe", "the sensor's pose"))
+    entry.sensor_from_probe = read_pose(*pose);
+  map.finish();
+  return entry;
+}
+
+struct RigEntries {
+  std::vector<SensorEntry> sensors;
+  std::map<std::string, double> sigma_px;
+  std::string covariance_file;
+  std::vector<std::string> covariance_rows;
+};
+
+void read_covariance_entry(const YamlValue& value, RigEntries& entries) {
+  YamlMap map = value.map();
+  if (const auto file = map.require("file", covariance_name)) {
+    entries.covariance_file = file->one_of({covariance_name});
+  }
+  if (const auto rows = map.require("rows", "what each row is, such as cam0.fx"))
+    for (const YamlValue& row : rows->list()) entries.covariance_rows.push_back(row.text());
+  map.finish();
+}
+
+Expected<RigEntries> read_description(const fs::path& file) {
+  const auto text = read_file(file);
+  if (!text) return tl::unexpected(text.error());
+  const auto root = parse_yaml(*text, file.string());
+  if (!root) return tl::unexpected(root.error());
+  YamlProblems problems(file.string());
+  RigEntries entries;
+  YamlMap map = YamlValue(*root, "", &problems).map();
+  if (const auto found = map.require("schema", schema)) found->one_of({schema});
+  if (const auto units = map.require("units", "{length: mm, angle: rad}")) {
+    YamlMap unit_map = units->map();
+    if (const auto length = unit_map.require("length", "mm")) length->one_of({"mm"});
+    if (const auto angle = unit_map.require("angle", "rad")) angle->one_of({"rad"});
+    unit_map.finish();
+  }
+  if (const auto sensors = map.require("sensors", "the list of sensors"))
+    for (const YamlValue& sensor : sensors->list()) entries.sensors.push_back(read_sensor(sensor));
+  if (const auto sigma = map.find("sigma_px"))
+    for (const auto& [group, value] : sigma->map().entries()) entries.sigma_px[group] = value.positive_number();
+  if (const auto covariance = map.find("covariance")) read_covariance_entry(*covariance, entries);
+  map.finish();
+  if (auto error = problems.error()) return tl::unexpected(*error);
+  return entries;
+}
+
+Expected<Sensor> read_lens(const fs::path& folder, const SensorEntry& entry) {
+  const auto model = read_cameramodel(folder / entry.file);
+  if (!model) return tl::unexpected(model.error());
+  const auto differs = [&](const char* what) {
+    return fail(fmt::format("{} and {} state different {}s for {}. One of them was edited; restore the pair.",
+                            (folder / entry.file).string(), description_name, what, entry.name));
+  };
+  if (model->lens.model() != entry.lens_model) return differs("lens model");
+  if (model->lens.size() != entry.size) return differs("size");
+  const Vector6d step = local_step(entry.sensor_from_probe, model->camera_from_reference);
+  const double scale = 1 + entry.sensor_from_probe.translation.norm();
+  if (step.head<3>().norm() > rounding || step.tail<3>().norm() > rounding * scale) return differs("pose");
+  return Sensor{entry.name, entry.kind, model->lens, entry.sensor_from_probe};
+}
+
+}  // namespace
+
+Expected<void> write_rig(const fs::path& folder, const Rig& rig) {
+  if (auto sound = check_rig(rig); !sound) return sound;
+  for (const Sensor& sensor : rig.sensors) {
+    const fs::path file = folder / (sensor.name + ".cameramodel");
+    if (auto written = write_cameramodel(file, {sensor.lens, sensor.sensor_from_probe}); !written) return written;
+  }
+  if (!rig.covariance.names.empty())
+    if (auto written = write_npy(folder / covariance_name, rig.covariance.matrix); !written) return written;
+  return write_file(folder / description_name, description(rig));
+}
+
+Expected<Rig> read_rig(const fs::path& folder) {
+  const auto entries = read_description(folder / description_name);
+  if (!entries) return tl::unexpected(entries.error());
+  Rig rig;
+  std::set<std::string> names;
+  for (const SensorEntry& entry : entries->sensors) {
+    if (!names.insert(entry.name).second)
+      return fail(fmt::format("{}: two sensors are named {}.", (folder / description_name).string(), entry.name));
+    auto sensor = read_lens(folder, entry);
+    if (!sensor) return tl::unexpected(sensor.error());
+    rig.sensors.push_back(std::move(*sensor));
+  }
+  rig.sigma_px = entries->sigma_px;
+  if (entries->covariance_file.empty()) return rig;
+  auto matrix = read_npy(folder / entries->covariance_file);
+  if (!matrix) return tl::unexpected(matrix.error());
+  rig.covariance = {entries->covariance_rows, std::move(*matrix)};
+  if (auto sound = check_covariance(rig.covariance); !sound)
+    return fail(fmt::format("{}: {}.", (folder / covariance_name).string(), sound.error().message));
+  return rig;
+}
+
+}  // namespace crumple
