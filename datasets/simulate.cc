@@ -9,6 +9,7 @@
 #include "datasets/image_io.h"
 #include "datasets/output_folder.h"
 #include "datasets/render/render.h"
+#include "datasets/rig_file.h"
 #include "datasets/simulate_yaml.h"
 
 namespace crumple {
@@ -37,7 +38,8 @@ Expected<void> write_depth(const fs::path& file, const cv::Mat1d& depth_mm) {
 Expected<void> write_truth(const Scene& scene, const std::string& scene_text, const fs::path& folder) {
   return make_folder(folder)
       .and_then([&] { return write_file(folder / "scene.yaml", scene_text); })
-      .and_then([&] { return write_file(folder / "rig.yaml", true_rig_yaml(scene)); })
+      .and_then([&] { return make_folder(folder / "rig"); })
+      .and_then([&] { return write_rig(folder / "rig", true_rig(scene)); })
       .and_then([&] { return write_file(folder / "stations.yaml", true_stations_yaml(scene)); });
 }
 

@@ -3,7 +3,7 @@
 //   capture.yaml                        the description (docs/formats.md)
 //   STATION/SENSOR/FRAME.png            the images, 8 or 16 bit
 //   truth/scene.yaml                    the scene as it was given: surfaces, noise, seed
-//   truth/rig.yaml                      every sensor's lens and sensor_from_probe
+//   truth/rig/                          the sensors, as a rig (rig_file.h)
 //   truth/stations.yaml                 probe_from_board or probe_from_panel of every station
 //   truth/STATION/SENSOR_depth.tiff     depth along the camera's z axis in mm, 32-bit float, NaN where nothing is met
 #pragma once

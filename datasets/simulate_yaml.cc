@@ -1,11 +1,8 @@
 #include "datasets/simulate_yaml.h"
 
-#include <iterator>
 #include <numbers>
-#include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace crumple {
 namespace {
@@ -105,18 +102,6 @@ std::string capture_yaml(const Scene& scene) {
                         board.rows, board.pitch_mm);
   }
   return text + patterns_text(scene) + frames_text(scene) + stations_text(scene);
-}
-
-std::string true_rig_yaml(const Scene& scene) {
-  std::string text = "sensors:\n";
-  for (const Sensor& sensor : true_rig(scene).sensors) {
-    text += fmt::format("  {}:\n    kind: {}\n    size_px: [{}, {}]\n    lens_model: {}\n    lens_parameters: [{}]\n",
-                        sensor.name, sensor.kind == SensorKind::camera ? "camera" : "projector",
-                        sensor.lens.size().width_px, sensor.lens.size().height_px, sensor.lens.model(),
-                        fmt::join(sensor.lens.parameters(), ", "));
-    text += fmt::format("    sensor_from_probe: {}\n", pose_text(sensor.sensor_from_probe));
-  }
-  return text;
 }
 
 std::string true_stations_yaml(const Scene& scene) {

@@ -10,10 +10,8 @@ namespace crumple {
 // capture.yaml; images are named STATION/SENSOR/FRAME.png, FRAME of three digits.
 std::string capture_yaml(const Scene& scene);
 
-// Lens model and parameters, sensor_from_probe as a unit quaternion [w, x, y, z] and a translation, to all digits.
-std::string true_rig_yaml(const Scene& scene);
-
-// Where the board or the panel was at each station: probe_from_surface, in the same form; the board's true warp.
+// Where the board or the panel was at each station: probe_from_board or probe_from_panel as a unit quaternion
+// [w, x, y, z] and a translation, to all digits; the board's true warp.
 std::string true_stations_yaml(const Scene& scene);
 
 }  // namespace crumple
