@@ -2,8 +2,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <functional>
+#include <map>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -43,11 +44,15 @@ ImageSize read_size(const YamlValue& value) {
   return {items[0].integer(1, kLargestSide), items[1].integer(1, kLargestSide)};
 }
 
-FileNaming read_naming(YamlMap& map) {
+// Where each camera's `files` stands, for what can only be checked once frames and stations are known.
+using FilesValues = std::map<std::string, YamlValue>;
+
+FileNaming read_naming(const std::string& camera, YamlMap& map, FilesValues& files_values) {
   FileNaming naming;
   if (const auto files =
           map.require("files", "how this camera's images are named, such as \"{sensor}/{frame:02}.png\"")) {
     naming.path_template = files->text();
+    files_values.emplace(camera, *files);
     const auto parsed = FileTemplate::parse(naming.path_template);
     if (!parsed) files->problem(parsed.error().message);
   }
@@ -55,7 +60,7 @@ FileNaming read_naming(YamlMap& map) {
   return naming;
 }
 
-void read_sensor(const std::string& name, const YamlValue& value, Capture& capture) {
+void read_sensor(const std::string& name, const YamlValue& value, Capture& capture, FilesValues& files_values) {
   if (!is_plain_name(name)) value.problem("a sensor's name is made of letters, digits, _ and -");
   YamlMap map = value.map();
   CaptureSensor sensor;
@@ -70,7 +75,7 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
         lens->one_of({"LENSMODEL_OPENCV5", "LENSMODEL_OPENCV4", "LENSMODEL_OPENCV8", "LENSMODEL_PINHOLE"});
   }
   if (sensor.kind == SensorKind::camera) {
-    capture.files[name] = read_naming(map);
+    capture.files[name] = read_naming(name, map, files_values);
     if (const auto colour = map.find("colour")) {
       sensor.colour = colour->one_of({"srgb", "linear"}) == "srgb" ? ColourEncoding::srgb : ColourEncoding::linear;
     }
@@ -79,10 +84,12 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
   capture.sensors.push_back(sensor);
 }
 
-void read_sensors(const YamlValue& value, Capture& capture) {
+FilesValues read_sensors(const YamlValue& value, Capture& capture) {
+  FilesValues files_values;
   YamlMap map = value.map();
-  for (const auto& [name, sensor] : map.entries()) read_sensor(name, sensor, capture);
+  for (const auto& [name, sensor] : map.entries()) read_sensor(name, sensor, capture, files_values);
   if (capture.files.empty()) value.problem("at least one camera is needed");
+  return files_values;
 }
 
 std::pair<int, int> read_inner_corners(YamlMap& map) {
@@ -245,26 +252,25 @@ void read_frame_names(const YamlValue& value, Capture& capture) {
 }
 
 // Every image must have a name of its own.
-void check_templates(const YamlValue& sensors, const Capture& capture) {
+void check_templates(const FilesValues& files_values, const Capture& capture) {
   std::set<std::string> seen;
-  for (const auto& [camera, naming] : capture.files) {
+  for (const auto& [camera, value] : files_values) {
+    const FileNaming& naming = capture.files.at(camera);
     const auto parsed = FileTemplate::parse(naming.path_template);
     if (!parsed || naming.path_template.empty()) continue;
     if (capture.stations.size() > 1 && !parsed->uses("station")) {
-      sensors.problem(fmt::format("{}.files lacks {{station}}, so all {} stations would read the same images", camera,
-                                  capture.stations.size()));
+      value.problem(
+          fmt::format("lacks {{station}}, so all {} stations would read the same images", capture.stations.size()));
     }
     if (capture.frames.size() > 1 && !parsed->uses("frame") && !parsed->uses("frame_name")) {
-      sensors.problem(
-          fmt::format("{}.files lacks {{frame}} or {{frame_name}}, so all {} frames would read the same image", camera,
-                      capture.frames.size()));
+      value.problem(fmt::format("lacks {{frame}} or {{frame_name}}, so all {} frames would read the same image",
+                                capture.frames.size()));
     }
     if (parsed->uses("frame_name") && capture.frame_names.empty()) {
-      sensors.problem(fmt::format("{}.files has {{frame_name}}: list the `frame_names`", camera));
+      value.problem("has {frame_name}: list the `frame_names`");
     }
-    const std::string first = parsed->expand({"*", camera, naming.frame_offset, "*"});
-    if (!seen.insert(first).second) {
-      sensors.problem(fmt::format("{}.files names the same images as another camera's: use {{sensor}}", camera));
+    if (!seen.insert(parsed->expand({"*", camera, naming.frame_offset, "*"})).second) {
+      value.problem("names the same images as another camera's: use {sensor}");
     }
   }
 }
@@ -277,7 +283,7 @@ void read_root(const YamlValue& root, Capture& capture) {
   if (const auto title = map.require("title", "one line that says what was captured")) capture.title = title->text();
   if (const auto images = map.find("images")) capture.images = images->text();
   const auto sensors = map.require("sensors", "the cameras and projectors, each with its kind and size");
-  if (sensors) read_sensors(*sensors, capture);
+  const FilesValues files_values = sensors ? read_sensors(*sensors, capture) : FilesValues{};
   if (const auto board = map.find("board")) capture.board = read_board(*board);
   if (const auto patterns = map.find("patterns")) read_patterns(*patterns, capture);
   if (const auto frames = map.require("frames", "what each image of a station shows, in order")) {
@@ -288,7 +294,7 @@ void read_root(const YamlValue& root, Capture& capture) {
     read_stations(*stations, capture);
   }
   if (const auto exclude = map.find("exclude")) read_exclusions(*exclude, capture);
-  if (sensors) check_templates(*sensors, capture);
+  check_templates(files_values, capture);
   map.finish();
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -36,46 +38,59 @@ class FrameAppender {
   int next_number_ = 0;
 };
 
-// An orientation's index; past the last one where it is out of range.
-std::size_t read_orientation_index(const YamlValue& value, const Capture& capture) {
+// An index into the capture's orientations.
+std::optional<std::size_t> read_orientation_index(const YamlValue& value, const Capture& capture) {
   if (capture.orientations.empty()) {
     value.problem("there is no such orientation: list it under `patterns.orientations`");
-    return 0;
+    return {};
   }
-  return static_cast<std::size_t>(value.integer(0, static_cast<int>(capture.orientations.size()) - 1));
+  const int last = static_cast<int>(capture.orientations.size()) - 1;
+  const int index = value.integer(0, std::numeric_limits<int>::max());
+  if (index <= last) return static_cast<std::size_t>(index);
+  value.problem(fmt::format("there is no orientation {}: the last one listed is {}", index, last));
+  return {};
 }
 
-void add_stripes(YamlMap& map, const YamlValue& stripes, const Capture& capture, FrameAppender& frames) {
-  const std::size_t index = read_orientation_index(stripes, capture);
+bool add_stripes(YamlMap& map, const YamlValue& stripes, const Capture& capture, FrameAppender& frames) {
+  const auto index = read_orientation_index(stripes, capture);
   const auto show = map.find("show");
   const auto order = map.find("order");
-  if (capture.orientations.empty()) return;
-  const StripeOrientation& orientation = capture.orientations[index];
+  if (!index) return false;
+  const StripeOrientation& orientation = capture.orientations[*index];
   const std::string shown = show ? show->one_of({"pairs", "patterns", "inverses"}) : "pairs";
   const bool finest_first = order && order->one_of({"coarsest_first", "finest_first"}) == "finest_first";
   for (int i = 0; i < orientation.bits; ++i) {
     const int bit = finest_first ? orientation.bits - 1 - i : i;
-    if (shown != "inverses") frames.add({Kind::stripes, index, bit, false});
-    if (shown == "inverses" || (shown == "pairs" && orientation.inverse)) frames.add({Kind::stripes, index, bit, true});
+    if (shown != "inverses") frames.add({Kind::stripes, *index, bit, false});
+    if (shown == "inverses" || (shown == "pairs" && orientation.inverse)) {
+      frames.add({Kind::stripes, *index, bit, true});
+    }
   }
+  return true;
 }
 
-void add_single_stripe_frame(YamlMap& map, const YamlValue& index_value, const Capture& capture,
+bool add_single_stripe_frame(YamlMap& map, const YamlValue& index_value, const Capture& capture,
                              FrameAppender& frames) {
-  const std::size_t index = read_orientation_index(index_value, capture);
-  const int most = capture.orientations.empty() ? 16 : capture.orientations[index].bits;
-  const auto bit_value = map.require("bit", "0 is the coarsest");
-  const int bit = bit_value ? bit_value->integer(0, most - 1) : 0;
+  const auto index = read_orientation_index(index_value, capture);
+  const auto bit = map.require("bit", "0 is the coarsest");
   const auto inverse = map.find("inverse");
-  frames.add({Kind::stripes, index, bit, inverse && inverse->boolean()});
+  if (!index || !bit) return false;
+  frames.add(
+      {Kind::stripes, *index, bit->integer(0, capture.orientations[*index].bits - 1), inverse && inverse->boolean()});
+  return true;
 }
 
-void read_item(const YamlValue& item, const Capture& capture, FrameAppender& frames) {
+// False where the item's frames could not be told.
+bool read_item(const YamlValue& item, const Capture& capture, FrameAppender& frames) {
   if (item.is_scalar()) {
-    const std::string word = item.one_of({"white", "black", "ambient", "chessboard", "unused"});
+    const std::string word = item.one_of({"unused", "white", "black", "ambient", "chessboard"});
     const auto kind = plain_kinds().find(word);
-    if (kind == plain_kinds().end()) return frames.skip(1);
-    return frames.add({kind->second, 0, 0, false});
+    if (kind == plain_kinds().end()) {
+      frames.skip(1);
+    } else {
+      frames.add({kind->second, 0, 0, false});
+    }
+    return true;
   }
   YamlMap map = item.map();
   const auto stripes = map.find("stripes");
@@ -83,14 +98,23 @@ void read_item(const YamlValue& item, const Capture& capture, FrameAppender& fra
   const auto unused = map.find("unused");
   if (int{stripes.has_value()} + int{orientation.has_value()} + int{unused.has_value()} != 1) {
     item.problem(
-        "must be white, black, ambient, chessboard, unused, {stripes: 0}, "
-        "{orientation: 0, bit: 3, inverse: true} or {unused: 2}");
-    return;
+        "must be white, black, ambient, chessboard, unused, {stripes: 0}, {orientation: 0, bit: 3, inverse: true} or "
+        "{unused: 2}");
+    return false;
   }
-  if (stripes) add_stripes(map, *stripes, capture, frames);
-  if (orientation) add_single_stripe_frame(map, *orientation, capture, frames);
+  bool told = true;
+  if (stripes) told = add_stripes(map, *stripes, capture, frames);
+  if (orientation) told = add_single_stripe_frame(map, *orientation, capture, frames);
   if (unused) frames.skip(unused->integer(1, 100000));
   map.finish();
+  return told;
+}
+
+// The numbers frames have in file names, before the offset.
+std::string numbers(const std::vector<std::size_t>& frames, const Capture& capture) {
+  std::vector<int> all;
+  for (const std::size_t frame : frames) all.push_back(capture.frame_numbers[frame]);
+  return fmt::format("{}", fmt::join(all, " and "));
 }
 
 // Each orientation's patterns and inverses must all be there, and once.
@@ -100,16 +124,20 @@ void check_bits(const YamlValue& value, const Capture& capture) {
     const FrameContent& frame = capture.frames[i];
     if (frame.kind == Kind::stripes) shown[{frame.orientation, frame.bit, frame.inverted}].push_back(i);
   }
+  std::vector<std::string> repeated;
   for (const auto& [key, at] : shown) {
     const auto& [orientation, bit, inverted] = key;
     if (at.size() > 1) {
-      value.problem(fmt::format("{} is shown by frames {}: mark the ones not to be used as `unused`",
-                                frame_words(capture.frames[at[0]]), fmt::join(at, " and ")));
+      repeated.push_back(fmt::format("{} (frames {})", frame_words(capture.frames[at[0]]), numbers(at, capture)));
     }
     if (inverted && !capture.orientations[orientation].inverse) {
-      value.problem(
-          fmt::format("frame {} is an inverse, but orientation {} says `inverse: false`", at[0], orientation));
+      value.problem(fmt::format("frame {} is an inverse, but orientation {} says `inverse: false`",
+                                capture.frame_numbers[at[0]], orientation));
     }
+  }
+  if (!repeated.empty()) {
+    value.problem(
+        fmt::format("shows more than once: {}; mark the images not to be used as `unused`", fmt::join(repeated, ", ")));
   }
   for (std::size_t o = 0; o < capture.orientations.size(); ++o) {
     std::vector<std::string> missing;
@@ -133,11 +161,12 @@ void check_plain_frames(const YamlValue& value, const Capture& capture) {
       if (capture.frames[i].kind == kind) at.push_back(i);
     }
     if (at.size() > 1) {
-      value.problem(fmt::format("{} is shown by frames {}: mark the ones not to be used as `unused`", word,
-                                fmt::join(at, " and ")));
+      value.problem(fmt::format("shows more than once: {} (frames {}); mark the images not to be used as `unused`",
+                                word, numbers(at, capture)));
     }
     if (!at.empty() && kind != Kind::ambient && !capture.projector) {
-      value.problem(fmt::format("frame {} is {}, but no `patterns` say which projector shows it", at[0], word));
+      value.problem(fmt::format("frame {} is {}, but no `patterns` say which projector shows it",
+                                capture.frame_numbers[at[0]], word));
     }
   }
   if (capture.find_frame(Kind::chessboard) && capture.projector && !capture.projected_chessboard) {
@@ -160,13 +189,15 @@ void check_references(const YamlValue& value, const Capture& capture) {
 
 void read_frames(const YamlValue& value, Capture& capture) {
   FrameAppender frames(capture);
+  bool all_told = true;
   for (const YamlValue& item : value.list()) {
-    read_item(item, capture, frames);
+    all_told = read_item(item, capture, frames) && all_told;
     if (capture.frames.size() > kMostFrames) {
       value.problem(fmt::format("has more than {} frames", kMostFrames));
       return;
     }
   }
+  if (!all_told) return;
   if (capture.frames.empty()) value.problem("at least one frame that is used is needed");
   check_bits(value, capture);
   check_plain_frames(value, capture);

@@ -189,6 +189,7 @@ SequenceStatistics sequence_statistics(const std::vector<cv::Mat>& images, int o
   if (first == images.end()) return statistics;
 
   const std::vector<Rows> rows = bands(first->size());
+  statistics.band_rows = rows.front().count;
   std::vector<cv::Mat> parts;
   for (const cv::Mat& image : images) parts.push_back(image.empty() ? cv::Mat() : sampled(image, rows));
   const Range range = intensity_range(parts, outliers);
@@ -196,13 +197,13 @@ SequenceStatistics sequence_statistics(const std::vector<cv::Mat>& images, int o
   cv::Mat1f high;
   range.low.convertTo(low, CV_32F);
   range.high.convertTo(high, CV_32F);
-  const cv::Mat1f contrast = high - low;
+  const cv::Mat1f contrast(high - low);
   statistics.lit = contrast > lit_threshold;
   statistics.lit_share = static_cast<double>(cv::countNonZero(statistics.lit)) / static_cast<double>(contrast.total());
   // Nothing may seem to run on from one band to the next.
   for (std::size_t i = 1; i < rows.size(); ++i) statistics.lit.row(static_cast<int>(i) * kBandRows - 1).setTo(0);
 
-  const cv::Mat1f gain = 2.0 * kMiddle / cv::max(contrast, 1.0);
+  const cv::Mat1f gain(2.0 * kMiddle / cv::max(contrast, 1.0));
   for (std::size_t f = 0; f < count; ++f) {
     if (!parts[f].empty()) statistics.scaled[f] = scaled_to_range(parts[f], low, gain);
   }

@@ -21,6 +21,7 @@ struct SequenceStatistics {
   cv::Mat1d along_edges;           // (c, b): the mean of frame b along the edges of frame c
   cv::Mat1d correlation;           // (a, b): of the values, about 0; -1 for a pattern and its inverse
 
+  int band_rows = 0;              // sampled rows come in bands of so many that adjoin in the image
   std::vector<cv::Mat1b> scaled;  // per frame: 0 (dark) .. 254 (lit) of the sampled rows; empty where the frame is
   cv::Mat1b lit;                  // 255 where the range exceeds the threshold
 };

@@ -10,15 +10,15 @@ namespace {
 using Kind = FrameContent::Kind;
 
 constexpr int kMiddle = 127;
-constexpr int kClear = 25;      // 0.2 of the range from the middle: the bit is beyond doubt
 constexpr int kSample = 4;      // every fourth pixel along x and y
-constexpr int kNeighbour = 12;  // px over which slopes are taken
+constexpr int kNeighbour = 16;  // px over which slopes are taken
 constexpr int kUnknown = -1;
 
-// The code of each sampled pixel with all bits clear, else kUnknown; empty where a pattern is missing.
+// The code of each sampled pixel that is lit, else kUnknown; empty where a pattern is missing. A doubtful bit lies on a
+// stripe's edge and costs one stripe at most.
 cv::Mat1i decode(std::size_t orientation, int bits, const std::vector<FrameContent>& contents,
                  const SequenceStatistics& statistics) {
-  cv::Mat1i gray = cv::Mat1i::zeros(statistics.lit.size());
+  cv::Mat1i gray(statistics.lit.size(), 0);
   gray.setTo(kUnknown, statistics.lit == 0);
   int used = 0;
   for (std::size_t f = 0; f < contents.size(); ++f) {
@@ -28,13 +28,8 @@ cv::Mat1i decode(std::size_t orientation, int bits, const std::vector<FrameConte
     ++used;
     for (int y = 0; y < gray.rows; y += kSample) {
       for (int x = 0; x < gray.cols; x += kSample) {
-        const int value = statistics.scaled[f](y, x) - kMiddle;
-        if (gray(y, x) == kUnknown) continue;
-        if (std::abs(value) < kClear) {
-          gray(y, x) = kUnknown;
-        } else if (value > 0) {
-          gray(y, x) |= 1 << (bits - 1 - content.bit);
-        }
+        const bool is_lit = statistics.scaled[f](y, x) > kMiddle;
+        if (gray(y, x) != kUnknown && is_lit) gray(y, x) |= 1 << (bits - 1 - content.bit);
       }
     }
   }
@@ -79,10 +74,11 @@ std::optional<std::array<int, 2>> slope(const cv::Mat1i& codes, int y, int x) {
   return std::array<int, 2>{right - here, below - here};
 }
 
-StripeGeometry::Pair measure(const cv::Mat1i& a, const cv::Mat1i& b, double sine) {
+StripeGeometry::Pair measure(const cv::Mat1i& a, const cv::Mat1i& b, double sine, int band_rows) {
   StripeGeometry::Pair pair;
   std::size_t upright = 0;
   for (int y = 0; y + kNeighbour < a.rows; y += kSample) {
+    if (y % band_rows + kNeighbour >= band_rows) continue;
     for (int x = 0; x + kNeighbour < a.cols; x += kSample) {
       const auto slope_a = slope(a, y, x);
       const auto slope_b = slope(b, y, x);
@@ -112,7 +108,7 @@ StripeGeometry stripe_geometry(const std::vector<FrameContent>& contents, const 
     for (std::size_t b = a + 1; b < orientations.size(); ++b) {
       const double sine = std::sin(orientations[b].angle_rad - orientations[a].angle_rad);
       if (codes[a].empty() || codes[b].empty() || std::abs(sine) < 0.3) continue;
-      StripeGeometry::Pair pair = measure(codes[a], codes[b], sine);
+      StripeGeometry::Pair pair = measure(codes[a], codes[b], sine, statistics.band_rows);
       pair.first = a;
       pair.second = b;
       geometry.pairs.push_back(pair);

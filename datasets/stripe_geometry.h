@@ -13,7 +13,7 @@ namespace crumple {
 
 struct StripeGeometry {
   struct Orientation {
-    std::size_t decoded_pixels = 0;  // all bits clear
+    std::size_t decoded_pixels = 0;  // those lit
     double outside_share = 0;        // of them, codes that no stripe has
     double outside_if_swapped = 0;   // the same if the coarsest bit's pattern and inverse were swapped
   };

@@ -1,0 +1,144 @@
+#include "cli/calibration_summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace crumple {
+namespace {
+
+using nlohmann::json;
+
+std::vector<GroupSummary> groups_of(const BundleResult& bundle, std::size_t sensor) {
+  std::vector<GroupSummary> groups;
+  for (const GroupSummary& group : bundle.groups) {
+    if (group.sensor == sensor) groups.push_back(group);
+  }
+  return groups;
+}
+
+json group_json(const GroupSummary& group) {
+  return {{"rms_px", group.rms_px},
+          {"rms_all_px", group.rms_all_px},
+          {"sigma_px", group.sigma_px},
+          {"sigma_estimated", group.sigma_estimated},
+          {"observations", group.observations},
+          {"outliers", group.outliers},
+          {"redundancy", group.redundancy}};
+}
+
+// A sensor's figures over all its kinds of observations; sigma is that of the largest group.
+json sensor_json(const Calibration& calibration, std::size_t index) {
+  const Sensor& sensor = calibration.bundle.state.rig.sensors[index];
+  const Eigen::MatrixXd covariance =
+      calibration.bundle.covariance.of({{BlockId::Kind::lens, index}}, calibration.bundle.state);
+  json result{{"kind", sensor.kind == SensorKind::camera ? "camera" : "projector"},
+              {"model", sensor.lens.model()},
+              {"parameters", json::object()},
+              {"groups", json::object()}};
+  const std::vector<std::string> names = lens_parameter_names(sensor.lens.model());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const int row = static_cast<int>(i);
+    result["parameters"][names[i]] = {{"value", sensor.lens.parameters()[i]},
+                                      {"sigma", std::sqrt(covariance(row, row))}};
+  }
+  double square_sum = 0;
+  std::size_t observations = 0, outliers = 0, largest = 0;
+  for (const GroupSummary& group : groups_of(calibration.bundle, index)) {
+    const std::size_t accepted = group.observations - group.outliers;
+    square_sum += group.rms_px * group.rms_px * static_cast<double>(accepted);
+    observations += group.observations;
+    outliers += group.outliers;
+    if (group.observations > largest) result["sigma_px"] = group.sigma_px;
+    largest = std::max(largest, group.observations);
+    result["groups"][name_of(group.kind)] = group_json(group);
+  }
+  result["rms_px"] = observations > outliers ? std::sqrt(square_sum / static_cast<double>(observations - outliers)) : 0.0;
+  result["observations"] = observations;
+  result["outliers"] = outliers;
+  return result;
+}
+
+json views_json(const Calibration& calibration) {
+  json views = json::array();
+  for (const ViewSummary& view : calibration.bundle.views) {
+    views.push_back({{"station", calibration.placement_names[view.placement]},
+                     {"sensor", calibration.bundle.state.rig.sensors[view.sensor].name},
+                     {"kind", name_of(view.kind)},
+                     {"rms_px", view.rms_px},
+                     {"rms_all_px", view.rms_all_px},
+                     {"observations", view.inlier.size()},
+                     {"outliers", std::count(view.inlier.begin(), view.inlier.end(), 0)}});
+  }
+  return views;
+}
+
+}  // namespace
+
+json calibration_summary(const Calibration& calibration, const Verdict& verdict,
+                         const std::vector<SkippedView>& skipped) {
+  const CalibrationState& state = calibration.bundle.state;
+  json summary{{"schema", "crumple-summary/1"},
+               {"verdict", verdict.ok ? "ok" : "suspect"},
+               {"reasons", verdict.reasons},
+               {"placements", calibration.placement_names.size()},
+               {"sensors", json::object()},
+               {"views", views_json(calibration)},
+               {"skipped", json::array()},
+               {"scale_uncertainty", "unknown: the board has no certificate"},
+               {"condition", calibration.bundle.covariance.condition()},
+               {"weakest_direction", calibration.bundle.covariance.weakest_direction()}};
+  for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    summary["sensors"][state.rig.sensors[s].name] = sensor_json(calibration, s);
+  }
+  for (const SkippedView& view : skipped) {
+    summary["skipped"].push_back(
+        {{"station", view.station}, {"sensor", view.sensor}, {"reason", view.reason}, {"by_hand", view.by_hand}});
+  }
+  summary["board"] = {{"warp_estimated", calibration.warp_estimated},
+                      {"warp_statistic", calibration.warp_statistic},
+                      {"warp_mm", {state.board.warp_mm.x(), state.board.warp_mm.y()}}};
+  return summary;
+}
+
+std::string calibration_text(const Calibration& calibration, const Verdict& verdict,
+                             const std::vector<SkippedView>& skipped) {
+  const BundleResult& bundle = calibration.bundle;
+  std::string text = fmt::format("verdict: {}\n", verdict.ok ? "ok" : "suspect");
+  for (const std::string& reason : verdict.reasons) text += fmt::format("  - {}\n", reason);
+  text += fmt::format("placements: {}\n", calibration.placement_names.size());
+  for (const SkippedView& view : skipped) {
+    text += fmt::format("  left out: station {}, {}: {}\n", view.station, view.sensor, view.reason);
+  }
+  for (std::size_t s = 0; s < bundle.state.rig.sensors.size(); ++s) {
+    const Sensor& sensor = bundle.state.rig.sensors[s];
+    text += fmt::format("{} ({})\n", sensor.name, sensor.lens.model());
+    for (const GroupSummary& group : groups_of(bundle, s)) {
+      text += fmt::format("  {:8} {:7} observations, {:4} outliers, RMS {:.4f} px, sigma {:.4f} px{}\n",
+                          name_of(group.kind), group.observations, group.outliers, group.rms_px, group.sigma_px,
+                          group.sigma_estimated ? "" : " (assumed)");
+    }
+    const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::lens, s}}, bundle.state);
+    const std::vector<std::string> names = lens_parameter_names(sensor.lens.model());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const int row = static_cast<int>(i);
+      text += fmt::format("  {:3} {:14.6f} +- {:.6f}\n", names[i], sensor.lens.parameters()[i],
+                          std::sqrt(covariance(row, row)));
+    }
+    if (s == 0) continue;
+    const Eigen::Vector3d t = sensor.sensor_from_probe.translation;
+    const Eigen::Vector3d r = rotation_vector(sensor.sensor_from_probe.rotation) * 180 / std::numbers::pi;
+    text += fmt::format("  from probe: rotation vector {:.4f} {:.4f} {:.4f} deg, translation {:.3f} {:.3f} {:.3f} mm\n",
+                        r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
+  }
+  const Eigen::Vector2d warp = bundle.state.board.warp_mm;
+  text += calibration.warp_estimated
+              ? fmt::format("board warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", warp.x(), warp.y(),
+                            calibration.warp_statistic)
+              : std::string("board: taken as flat\n");
+  return text + "scale uncertainty: unknown, the board has no certificate\n";
+}
+
+}  // namespace crumple

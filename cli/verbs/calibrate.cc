@@ -1,0 +1,94 @@
+// calibrate: capture -> rig, summary.
+#include <chrono>
+
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include "calib/verdict.h"
+#include "cli/calibration_input.h"
+#include "cli/calibration_summary.h"
+#include "cli/flags.h"
+#include "cli/record.h"
+#include "cli/verbs/verbs.h"
+#include "datasets/json_text.h"
+#include "datasets/output_folder.h"
+#include "datasets/rig_file.h"
+
+DEFINE_string(sensors, "", "names of the sensors to calibrate, comma-separated; empty: all");
+DEFINE_string(warp, "auto", "board warp: off, on, or auto: kept where it is significant");
+DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
+
+namespace crumple {
+namespace {
+
+Expected<CalibrationOptions> options_from_flags() {
+  CalibrationOptions options;
+  if (FLAGS_warp == "off") {
+    options.warp = WarpChoice::off;
+  } else if (FLAGS_warp == "on") {
+    options.warp = WarpChoice::on;
+  } else if (FLAGS_warp != "auto") {
+    return fail(fmt::format("--warp={} is none of off, on and auto", FLAGS_warp));
+  }
+  options.bundle.reject_outliers = FLAGS_outliers;
+  options.bundle.threads = FLAGS_threads;
+  return options;
+}
+
+Rig rig_of(const Calibration& calibration) {
+  Rig rig = calibration.bundle.state.rig;
+  rig.covariance = rig_covariance(calibration.bundle);
+  for (const GroupSummary& group : calibration.bundle.groups) {
+    rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
+  }
+  return rig;
+}
+
+Expected<VerbResult> run(const VerbContext& context) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto options = options_from_flags();
+  if (!options) return usage_error(options.error().message);
+  const auto capture = read_capture(context.inputs.front(), images_folder());
+  if (!capture) return tl::unexpected(capture.error());
+  auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
+  if (!folder) return tl::unexpected(folder.error());
+  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), FLAGS_threads);
+  if (!input) return tl::unexpected(input.error());
+  const auto calibration = calibrate(input->data, *options);
+  if (!calibration) return tl::unexpected(calibration.error());
+  const Verdict verdict = judge(*calibration);
+
+  VerbResult result;
+  result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
+  result.document = calibration_summary(*calibration, verdict, input->skipped);
+  result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  result.text = calibration_text(*calibration, verdict, input->skipped);
+  const auto summary = json_text(result.document);
+  if (!summary) return tl::unexpected(summary.error());
+  if (auto done = write_rig(folder->path(), rig_of(*calibration)); !done) return tl::unexpected(done.error());
+  if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
+  if (auto done = commit_with_record(*folder, context, {capture->description}); !done) {
+    return tl::unexpected(done.error());
+  }
+  return result;
+}
+
+}  // namespace
+
+Verb calibrate_verb() {
+  return {.name = "calibrate",
+          .purpose = "estimate a rig from a capture of the board",
+          .usage = "CAPTURE.yaml --out=DIR [--flags]",
+          .description =
+              "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
+              "rig, its covariance and summary.json. Exit code 4 where the calibration is not to be trusted: the "
+              "reasons say why.",
+          .example = "$ crumple calibrate stereo_chessboard.yaml --images=photos --out=rig\n",
+          .min_inputs = 1,
+          .max_inputs = 1,
+          .flags = {"out", "images", "sensors", "warp", "outliers", "threads", "overwrite", "json"},
+          .required = {"out"},
+          .run = run};
+}
+
+}  // namespace crumple
