@@ -10,6 +10,7 @@ namespace crumple {
 namespace {
 
 constexpr double settled_mm = 1e-9;
+constexpr double nothing_left = 40;  // exp(-40) of any depth is below rounding
 
 }  // namespace
 
@@ -133,10 +134,11 @@ double Panel::height_mm(double x, double y) const {
   }
   for (const Recess& recess : shape_.recesses) {
     const double q = (p - recess.centre_mm).cwiseQuotient(recess.half_size_mm).squaredNorm();
-    z += recess.depth_mm * std::exp(-q * q);
+    if (q * q < nothing_left) z += recess.depth_mm * std::exp(-q * q);
   }
   for (const Dent& dent : shape_.dents) {
-    z += dent.depth_mm * std::exp(-(p - dent.centre_mm).squaredNorm() / (2 * dent.radius_mm * dent.radius_mm));
+    const double q = (p - dent.centre_mm).squaredNorm() / (2 * dent.radius_mm * dent.radius_mm);
+    if (q < nothing_left) z += dent.depth_mm * std::exp(-q);
   }
   return z;
 }
@@ -151,12 +153,14 @@ Eigen::Vector2d Panel::slope(double x, double y) const {
   for (const Recess& recess : shape_.recesses) {
     const Eigen::Vector2d scaled = (p - recess.centre_mm).cwiseQuotient(recess.half_size_mm);
     const double q = scaled.squaredNorm();
+    if (q * q >= nothing_left) continue;
     gradient -= recess.depth_mm * std::exp(-q * q) * 4 * q * scaled.cwiseQuotient(recess.half_size_mm);
   }
   for (const Dent& dent : shape_.dents) {
     const Eigen::Vector2d r = p - dent.centre_mm;
     const double variance = dent.radius_mm * dent.radius_mm;
-    gradient -= dent.depth_mm * std::exp(-r.squaredNorm() / (2 * variance)) / variance * r;
+    const double q = r.squaredNorm() / (2 * variance);
+    if (q < nothing_left) gradient -= dent.depth_mm * std::exp(-q) / variance * r;
   }
   return gradient;
 }

@@ -11,11 +11,12 @@ namespace {
 
 constexpr double mesh_step_mm = 2;
 constexpr int fewest_cells = 8;
+constexpr int most_cells = 400;
 // Lifts shadow rays clear of the mesh, whose facets stray from the surface by some 0.01 mm at its sharpest bends.
 constexpr double shadow_lift_mm = 0.05;
 
 int cells_along(double length_mm) {
-  return std::max(fewest_cells, static_cast<int>(std::ceil(length_mm / mesh_step_mm)));
+  return std::clamp(static_cast<int>(std::ceil(length_mm / mesh_step_mm)), fewest_cells, most_cells);
 }
 
 void add_mesh(RTCDevice device, RTCScene scene, const Surface& surface) {

@@ -144,13 +144,21 @@ TEST(Render, ideal_observations_agree_with_the_true_geometry) {
   for (const FeatureView& view : observations.features) EXPECT_GT(view.camera_pixels.size(), 20U);
 }
 
+// On an image twice as fine: OpenCV's sector detector is off by 0.1 px or more where squares are only 20 px wide,
+// whatever the noise and the number of samples.
 TEST(Render, corners_lie_where_the_measurement_model_says) {
   Scene scene = scene_from_file("small.yaml");
   scene.frames = {white_frame};
+  scene.samples = 4;
+  Lens& lens = scene.cameras[0].sensor.lens;
+  std::vector<double> parameters = lens.parameters();
+  for (const std::size_t focal : {0U, 1U}) parameters[focal] *= 2;
+  for (const std::size_t centre : {2U, 3U}) parameters[centre] = 2 * parameters[centre] + 0.5;
+  lens = *Lens::create(lens.model(), {640, 480}, parameters);
   const Observations ideal = ideal_observations(scene, 50);
   const Renderer renderer(scene, 2);
   const Board& board = scene.board->board();
-  for (std::size_t station = 0; station < 4; ++station) {
+  for (const std::size_t station : {0U, 3U}) {
     cv::Mat image;
     ASSERT_TRUE(renderer.render_station(station, [&](const RenderedFrame& frame) -> Expected<void> {
       image = frame.image;
@@ -170,7 +178,7 @@ TEST(Render, corners_lie_where_the_measurement_model_says) {
     double squares = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
       const double error = distance(i, reversed ? found.size() - 1 - i : i);
-      EXPECT_LT(error, 0.15) << station << ' ' << i;
+      EXPECT_LT(error, 0.12) << station << ' ' << i;
       squares += error * error;
     }
     EXPECT_LT(std::sqrt(squares / static_cast<double>(found.size())), 0.05) << station;

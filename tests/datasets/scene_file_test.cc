@@ -50,7 +50,7 @@ TEST(SceneFile, reads_the_scenes_that_come_with_the_program) {
 }
 
 TEST(SceneFile, names_line_column_and_field_of_a_mistake) {
-  EXPECT_THAT(error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("s.yaml:11:5: sensors.cam0"));
+  EXPECT_THAT(error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("s.yaml:12:5: sensors.cam0"));
   EXPECT_THAT(error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("blur_px"));
   EXPECT_THAT(error_with("pitch_mm: 24", "pitch_mm: twenty"), HasSubstr("board.pitch_mm"));
   EXPECT_THAT(error_with("bits: 8", "bits: 7"), HasSubstr("8 to 16"));
