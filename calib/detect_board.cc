@@ -187,10 +187,13 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   if (columns == rows)
     return fail("a square grid of corners looks the same from four sides: use one that is not square");
   const cv::Mat image8 = to_8_bit(image);
-  constexpr int kFlags = cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY | cv::CALIB_CB_NORMALIZE_IMAGE;
+  // Each choice misses boards that the other finds.
+  constexpr int kExhaustive = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_EXHAUSTIVE;
+  constexpr int kNormalised = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_NORMALIZE_IMAGE;
   try {
-    auto grid = find_grid(image8, columns, rows, kFlags);
-    if (!grid) grid = find_grid(image8, kMinimumAlong, kMinimumAlong, kFlags | cv::CALIB_CB_LARGER);
+    auto grid = find_grid(image8, columns, rows, kExhaustive);
+    if (!grid) grid = find_grid(image8, columns, rows, kNormalised);
+    if (!grid) grid = find_grid(image8, kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER);
     if (!grid) return fail(fmt::format("no chessboard with {} x {} inner corners found", columns, rows));
     const auto upright = aligned(*grid, columns, rows);
     if (!upright) {

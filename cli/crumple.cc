@@ -30,7 +30,7 @@ void silence_libraries(const char* program) {
 int print_to_stdout(const std::string& text, ExitCode exit_code) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
   if (written) return static_cast<int>(exit_code);
-  fmt::print(stderr, "crumple: The result could not be written to stdout.\n");
+  log_line("crumple: The result could not be written to stdout.");
   return static_cast<int>(ExitCode::bad_input);
 }
 
@@ -74,7 +74,7 @@ int help(const std::vector<Verb>& verbs, const std::vector<std::string>& names) 
 
 Expected<void> check_arguments(const Verb& verb, const Arguments& arguments) {
   const std::size_t count = arguments.inputs.size();
-  const std::string usage = fmt::format(" Usage: crumple {} {}", verb.name, verb.usage);
+  const std::string usage = fmt::format(" `crumple help {}` shows how to use it.", verb.name);
   if (count < verb.min_inputs)
     return fail(fmt::format("{} needs {} input(s), {} given.", verb.name, verb.min_inputs, count) + usage);
   if (count > verb.max_inputs)
@@ -103,7 +103,7 @@ int run_verb(const Verb& verb, const std::vector<std::string>& words, bool json)
 int run_program(const std::vector<std::string>& words, bool json) {
   const std::vector<Verb> verbs = all_verbs();
   if (words.empty()) {
-    fmt::print(stderr, "{}", program_help(verbs));
+    std::fputs(program_help(verbs).c_str(), stderr);
     return static_cast<int>(ExitCode::usage);
   }
   const std::vector<std::string> rest(words.begin() + 1, words.end());
@@ -124,7 +124,8 @@ int main(int argc, char** argv) {
     crumple::silence_libraries(argv[0]);
     const std::vector<std::string> words(argv + 1, argv + argc);
     // Read ahead of the flags proper, so that a mistake in those is reported in the form that was asked for.
-    json = std::find(words.begin(), words.end(), "--json") != words.end();
+    const auto end_of_flags = std::find(words.begin(), words.end(), "--");
+    json = std::find(words.begin(), end_of_flags, "--json") != end_of_flags;
     return crumple::run_program(words, json);
   } catch (const std::bad_alloc&) {
     return crumple::report_error("Out of memory.", ExitCode::internal_error, json);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <thread>
 
 #include <fmt/core.h>
 #include <gflags/gflags.h>
@@ -12,6 +13,7 @@
 DEFINE_string(out, "", "folder to write; must not exist unless --overwrite is given");
 DEFINE_bool(overwrite, false, "replace the output folder, if it is one that Crumple wrote");
 DEFINE_bool(json, false, "print one JSON document instead of text");
+DEFINE_string(images, "", "folder with the capture's images; empty: the one the description names, or its own");
 DEFINE_int32(threads, 0, "threads to compute with; 0: as many as there are processors; the result is the same");
 
 namespace crumple {
@@ -142,6 +144,26 @@ Expected<std::vector<double>> parse_numbers(const std::string& flag, const std::
     if (comma == end) return numbers;
     begin = comma + 1;
   }
+}
+
+std::vector<std::string> parse_names(const std::string& text) {
+  std::vector<std::string> names;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t comma = std::min(text.find(',', begin), text.size());
+    if (comma > begin) names.push_back(text.substr(begin, comma - begin));
+    begin = comma + 1;
+  }
+  return names;
+}
+
+std::optional<std::filesystem::path> images_folder() {
+  if (FLAGS_images.empty()) return std::nullopt;
+  return FLAGS_images;
+}
+
+int thread_count() {
+  if (FLAGS_threads > 0) return FLAGS_threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates) {

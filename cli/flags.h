@@ -6,7 +6,9 @@
 // A flag given twice is an error. `--` ends the flags: what follows are inputs. Numbers have to be finite.
 #pragma once
 
+#include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,7 @@
 DECLARE_string(out);
 DECLARE_bool(overwrite);
 DECLARE_bool(json);
+DECLARE_string(images);
 DECLARE_int32(threads);
 
 namespace crumple {
@@ -36,6 +39,13 @@ std::map<std::string, std::string> flag_values(const std::vector<std::string>& n
 
 // Comma-separated finite numbers; the error names the flag.
 Expected<std::vector<double>> parse_numbers(const std::string& flag, const std::string& text);
+
+// Comma-separated names; empty ones are passed over.
+std::vector<std::string> parse_names(const std::string& text);
+
+// What --images and --threads come to.
+std::optional<std::filesystem::path> images_folder();
+int thread_count();
 
 // The candidate closest in spelling, or nothing where none is near.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);

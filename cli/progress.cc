@@ -11,6 +11,9 @@ namespace {
 
 constexpr std::size_t bar_width = 30;
 
+// Unlike fmt::print this does not throw where stderr is closed or full: there is nobody left to tell.
+void put(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
 // The bar that is showing; guarded by the mutex, as is stderr.
 const Progress* showing = nullptr;
 
@@ -29,7 +32,7 @@ bool on_terminal() {
 void log_line(const std::string& line) {
   const std::lock_guard lock(stderr_mutex());
   if (showing) Progress::wipe();
-  fmt::print(stderr, "{}\n", line);
+  put(line + "\n");
   if (showing) showing->draw();
 }
 
@@ -57,10 +60,10 @@ void Progress::advance(std::size_t steps) {
 
 void Progress::draw() const {
   const std::size_t filled = total_ == 0 ? bar_width : bar_width * done_ / total_;
-  fmt::print(stderr, "\r{} [{:-<{}}] {}/{}", label_, std::string(filled, '#'), bar_width, done_, total_);
+  put(fmt::format("\r{} [{:-<{}}] {}/{}", label_, std::string(filled, '#'), bar_width, done_, total_));
   std::fflush(stderr);
 }
 
-void Progress::wipe() { fmt::print(stderr, "\r\x1b[K"); }
+void Progress::wipe() { put("\r\x1b[K"); }
 
 }  // namespace crumple

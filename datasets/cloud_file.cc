@@ -47,6 +47,19 @@ void append(std::string& buffer, T value) {
   buffer.append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
+bool is_finite(const CloudPoint& point) {
+  return point.position_mm.allFinite() && point.normal.allFinite() && point.covariance_mm2.allFinite() &&
+         std::isfinite(point.intensity) && std::isfinite(point.sigma_mm) && std::isfinite(point.quality);
+}
+
+Expected<void> check_cloud(const Cloud& cloud) {
+  for (const std::string& text : cloud.stations)
+    if (text.find_first_of("\r\n") != std::string::npos) return fail("a station's id holds a line break");
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+    if (!is_finite(cloud.points[i])) return fail(fmt::format("point {} has a number that is not finite", i));
+  return {};
+}
+
 std::string header_text(const Cloud& cloud) {
   std::string text =
       fmt::format("ply\nformat binary_little_endian 1.0\ncomment crumple-cloud/1\ncomment frame {}\ncomment units mm\n",
@@ -237,7 +250,7 @@ Expected<Cloud> read_points(std::istream& stream, std::uintmax_t file_size, cons
     if (!stream.read(vertex.data(), static_cast<std::streamsize>(vertex.size()))) return fail("it is cut short");
     cloud.points.push_back(reader(vertex.data()));
     const CloudPoint& point = cloud.points.back();
-    if (!point.position_mm.allFinite()) return fail(fmt::format("the position of point {} is not finite", i));
+    if (!is_finite(point)) return fail(fmt::format("point {} has a number that is not finite", i));
     if (!cloud.stations.empty() && point.station >= cloud.stations.size())
       return fail(fmt::format("point {} belongs to station {}, which has no name", i, point.station));
   }
@@ -247,8 +260,8 @@ Expected<Cloud> read_points(std::istream& stream, std::uintmax_t file_size, cons
 }  // namespace
 
 Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud) {
-  for (const std::string& text : cloud.stations)
-    if (text.find_first_of("\r\n") != std::string::npos) return fail("a station's id must not hold a line break");
+  if (auto sound = check_cloud(cloud); !sound)
+    return fail(fmt::format("{} was not written: {}.", file.string(), sound.error().message));
   return write_file(file, [&](std::ostream& stream) {
     stream << header_text(cloud);
     std::string buffer;

@@ -11,12 +11,13 @@
 
 namespace crumple {
 
-// Every bit survives, except that the covariance's lower triangle is not stored: it is the upper one mirrored.
+// Every bit survives, except that the covariance's lower triangle is not stored: it is the upper one mirrored. Fails on
+// a number that is not finite.
 Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud);
 
 // Takes PLY files of others too: any scalar types in any order, further properties, and elements behind the vertices
 // (a mesh's faces), which are ignored; what is missing keeps CloudPoint's default. Fails, naming the file, on ASCII and
-// big-endian files, lists among the vertex properties, a file that is too short, a position that is not finite, and a
+// big-endian files, lists among the vertex properties, a file that is too short, a number that is not finite, and a
 // station without an id.
 Expected<Cloud> read_cloud(const std::filesystem::path& file);
 

@@ -32,8 +32,8 @@ Expected<Layout> read_layout(const std::string& header) {
     return fail("its numbers are not little-endian float64 (descr '<f8')");
   const nlohmann::json shape = fields->value("shape", nlohmann::json());
   const nlohmann::json fortran = fields->value("fortran_order", nlohmann::json());
-  if (!shape.is_array() || shape.size() != 2 || !shape[0].is_number_unsigned() || !shape[1].is_number_unsigned() ||
-      !fortran.is_boolean())
+  const auto is_count = [](const nlohmann::json& n) { return n.is_number_integer() && n.get<long long>() >= 0; };
+  if (!shape.is_array() || shape.size() != 2 || !is_count(shape[0]) || !is_count(shape[1]) || !fortran.is_boolean())
     return fail("it does not hold a matrix with two dimensions");
   return Layout{shape[0].get<std::size_t>(), shape[1].get<std::size_t>(), fortran.get<bool>()};
 }

@@ -29,7 +29,14 @@ bool is_plain_name(const std::string& name) {
   return !name.empty() && name.size() <= 100 && name.find_first_not_of(letters) == std::string::npos;
 }
 
-std::string quoted(const std::string& text) { return "\"" + text + "\""; }
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + "\"";
+}
 
 std::string description(const Rig& rig) {
   std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", schema);
@@ -237,7 +244,8 @@ Expected<Rig> read_rig(const fs::path& folder) {
   if (!matrix) return tl::unexpected(matrix.error());
   rig.covariance = {entries->covariance_rows, std::move(*matrix)};
   if (auto sound = check_covariance(rig.covariance); !sound)
-    return fail(fmt::format("{}: {}.", (folder / covariance_name).string(), sound.error().message));
+    return fail(fmt::format("{}, whose rows {} names: {}.", (folder / covariance_name).string(), description_name,
+                            sound.error().message));
   return rig;
 }
 

@@ -31,7 +31,7 @@ Expected<CalibrationOptions> options_from_flags() {
     return fail(fmt::format("--warp={} is none of off, on and auto", FLAGS_warp));
   }
   options.bundle.reject_outliers = FLAGS_outliers;
-  options.bundle.threads = FLAGS_threads;
+  options.bundle.threads = thread_count();
   return options;
 }
 
@@ -52,7 +52,7 @@ Expected<VerbResult> run(const VerbContext& context) {
   if (!capture) return tl::unexpected(capture.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
-  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), FLAGS_threads);
+  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), thread_count());
   if (!input) return tl::unexpected(input.error());
   const auto calibration = calibrate(input->data, *options);
   if (!calibration) return tl::unexpected(calibration.error());

@@ -12,8 +12,8 @@
 #include "datasets/output_folder.h"
 #include "datasets/pattern_files.h"
 
-DEFINE_int32(width_px, 0, "width of the projector's panel, px");
-DEFINE_int32(height_px, 0, "height of the projector's panel, px");
+DEFINE_int32(width_px, 0, "width of the projector's panel, px; not needed with --board");
+DEFINE_int32(height_px, 0, "height of the projector's panel, px; not needed with --board");
 DEFINE_string(orientations_deg, "0,90",
               "angles of the stripe coordinate from the panel's x axis towards y, deg: 0 makes columns, 90 rows");
 DEFINE_double(stripe_width_px, 1, "width of the finest stripes, px");

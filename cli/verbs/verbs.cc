@@ -2,6 +2,6 @@
 
 namespace crumple {
 
-std::vector<Verb> all_verbs() { return {patterns_verb()}; }
+std::vector<Verb> all_verbs() { return {patterns_verb(), calibrate_verb()}; }
 
 }  // namespace crumple

@@ -7,6 +7,7 @@
 
 namespace crumple {
 
+Verb calibrate_verb();
 Verb patterns_verb();
 
 std::vector<Verb> all_verbs();

@@ -1,0 +1,133 @@
+#include "recon/stripe_phase.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <opencv2/core.hpp>
+
+#include "recon/difference_rows.h"
+#include "recon/noise_model.h"
+
+namespace crumple {
+namespace {
+
+// Some hundreds per tile of the blur's map; more only costs time.
+constexpr std::size_t kBlurSample = 20000;
+constexpr double kReach = 2;  // stripes around the decoded one
+
+std::vector<PixelSignal> sample_pixels(const DecodedStripes& decoded, DifferenceRows rows) {
+  const auto count = static_cast<std::size_t>(cv::countNonZero(decoded.stripe >= 0));
+  const std::size_t every = std::max<std::size_t>(1, count / kBlurSample);
+  std::vector<PixelSignal> sample;
+  std::size_t n = 0;
+  for (int y = 0; y < decoded.stripe.rows; ++y) {
+    const auto* stripe = decoded.stripe.ptr<int>(y);
+    bool read = false;
+    for (int x = 0; x < decoded.stripe.cols; ++x) {
+      if (stripe[x] < 0 || n++ % every != 0) continue;
+      if (!read) rows.read(y);
+      read = true;
+      sample.push_back({.x = x, .y = y, .start = stripe[x] + 0.5, .differences = rows.bits(x)});
+    }
+  }
+  return sample;
+}
+
+// The contrast once more, with less noise: the sum of a pattern and its inverse is the same in every bit.
+cv::Mat brightness_image(const StripeImages& images, const StripeStack& stack, const cv::Mat& contrast) {
+  if (stack.inverses.empty() || images.black.empty()) return contrast;
+  cv::Mat sum = cv::Mat::zeros(contrast.size(), CV_32F);
+  for (std::size_t b = 0; b < stack.patterns.size(); ++b) {
+    cv::add(sum, stack.patterns[b], sum, cv::noArray(), CV_32F);
+    cv::add(sum, stack.inverses[b], sum, cv::noArray(), CV_32F);
+  }
+  cv::Mat brightness;
+  cv::addWeighted(sum, 1 / static_cast<double>(stack.patterns.size()), images.black, -2, 0, brightness, CV_32F);
+  return cv::max(brightness, 0);
+}
+
+struct FitImages {
+  cv::Mat u;            // CV_64F stripe widths
+  cv::Mat gain;         // CV_32F grey levels; 0 where nothing was fitted
+  cv::Mat information;  // CV_32F
+  cv::Mat squares;      // CV_32F mean square residual per degree of freedom
+};
+
+FitImages fit_pixels(const DecodedStripes& decoded, const DifferenceRows& rows, std::size_t bits,
+                     const StripeModel& model) {
+  const cv::Size size = decoded.stripe.size();
+  FitImages fits{cv::Mat(size, CV_64F, cv::Scalar(0)), cv::Mat(size, CV_32F, cv::Scalar(0)),
+                 cv::Mat(size, CV_32F, cv::Scalar(0)), cv::Mat(size, CV_32F, cv::Scalar(0))};
+  const auto freedom = std::max(1.0, static_cast<double>(bits) - 2);
+  cv::parallel_for_({0, size.height}, [&](const cv::Range& range) {
+    DifferenceRows reader = rows;
+    for (int y = range.start; y < range.end; ++y) {
+      const auto* stripe = decoded.stripe.ptr<int>(y);
+      if (std::all_of(stripe, stripe + size.width, [](int k) { return k < 0; })) continue;
+      reader.read(y);
+      for (int x = 0; x < size.width; ++x) {
+        if (stripe[x] < 0) continue;
+        const StripeFit fit = fit_stripe(model.table_at(x, y), model.offsets, reader.bits(x), stripe[x] + 0.5, kReach);
+        if (!(fit.information > 0) || std::abs(fit.u - stripe[x] - 0.5) > kReach + 0.5) continue;
+        fits.u.at<double>(y, x) = fit.u;
+        fits.gain.at<float>(y, x) = static_cast<float>(fit.gain);
+        fits.information.at<float>(y, x) = static_cast<float>(fit.information);
+        fits.squares.at<float>(y, x) = static_cast<float>(fit.squares / freedom);
+      }
+    }
+  });
+  return fits;
+}
+
+NoiseModel residual_noise(const FitImages& fits, double freedom) {
+  std::vector<NoiseModel::Sample> samples;
+  for (int y = 0; y < fits.gain.rows; ++y) {
+    for (int x = 0; x < fits.gain.cols; ++x) {
+      const float gain = fits.gain.at<float>(y, x);
+      if (gain > 0) samples.push_back({gain, fits.squares.at<float>(y, x)});
+    }
+  }
+  return NoiseModel(std::move(samples), freedom);
+}
+
+cv::Mat gated_sigma(const FitImages& fits, const NoiseModel& noise, const PhaseOptions& options) {
+  cv::Mat sigma(fits.u.size(), CV_32F, cv::Scalar(0));
+  for (int y = 0; y < sigma.rows; ++y) {
+    for (int x = 0; x < sigma.cols; ++x) {
+      const float gain = fits.gain.at<float>(y, x);
+      if (gain <= 0) continue;
+      const double variance = noise.variance(gain);
+      const double s = std::sqrt(variance / fits.information.at<float>(y, x));
+      const bool kept = s <= options.max_sigma && fits.squares.at<float>(y, x) <= options.gate * variance;
+      if (kept) sigma.at<float>(y, x) = static_cast<float>(s);
+    }
+  }
+  return sigma;
+}
+
+}  // namespace
+
+StripeCoordinates estimate_stripe_phase(const StripeImages& images, std::size_t stack_index,
+                                        const DecodedStripes& decoded, const PhaseOptions& options) {
+  const StripeStack& stack = images.stacks[stack_index];
+  const std::size_t bits = stack.patterns.size();
+  const cv::Mat contrast = contrast_image(images);
+  const DifferenceRows rows(images, stack, contrast);
+
+  StripeCoordinates result;
+  result.model = fit_stripe_model(stack.orientation, images.projector, contrast.size(), sample_pixels(decoded, rows));
+  FitImages fits = fit_pixels(decoded, rows, bits, result.model);
+  const NoiseModel noise = residual_noise(fits, std::max(1.0, static_cast<double>(bits) - 2));
+  cv::Mat sigma = gated_sigma(fits, noise, options);
+  if (options.correct) result.correction = correct_phase(fits.u, sigma, brightness_image(images, stack, contrast));
+
+  const double width = stack.orientation.stripe_width_px;
+  const double origin = stripe_origin_px(stack.orientation, images.projector);
+  result.coordinate_px = fits.u * width + origin;
+  result.coordinate_px.setTo(0, sigma <= 0);
+  result.sigma_px = sigma * width;
+  result.gain = fits.gain;
+  return result;
+}
+
+}  // namespace crumple

@@ -1,0 +1,85 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "datasets/run_record.h"
+#include "tests/cli/program.h"
+
+namespace crumple {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+std::string small(const std::filesystem::path& out) {
+  return "patterns --width_px=64 --height_px=48 --out='" + out.string() + "' ";
+}
+
+TEST(PatternsVerb, WritesImagesDescriptionAndRecord) {
+  const TemporaryFolder home;
+  const ProgramRun run = run_program(small(home / "out") + "--json --orientations_deg=0,45");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  const json document = json::parse(run.out);
+  EXPECT_EQ(document["orientations"][1]["bits"], 7);
+  for (const json& file : document["files"]) {
+    const cv::Mat image = cv::imread((home.path() / "out" / file.get<std::string>()).string(), cv::IMREAD_UNCHANGED);
+    EXPECT_EQ(image.size(), cv::Size(64, 48));
+  }
+  EXPECT_TRUE(std::filesystem::exists(home / "out/patterns.yaml"));
+  const json crate = json::parse(content_of(home / "out/ro-crate-metadata.json"));
+  for (const json& node : crate["@graph"]) {
+    if (node["@type"] != "File") continue;
+    EXPECT_EQ(sha256_of_file(home.path() / "out" / node["@id"].get<std::string>()).value(), node["sha256"]);
+  }
+}
+
+TEST(PatternsVerb, SameCommandSameBytes) {
+  const TemporaryFolder home;
+  const std::string before = "cd '" + home.path().string() + "' && SOURCE_DATE_EPOCH=1";
+  ASSERT_EQ(run_program("patterns --board --out=a", before).exit_code, 0);
+  std::filesystem::rename(home / "a", home / "b");
+  ASSERT_EQ(run_program("patterns --board --out=a", before).exit_code, 0);
+  EXPECT_EQ(content_of(home / "a/ro-crate-metadata.json"), content_of(home / "b/ro-crate-metadata.json"));
+  EXPECT_THAT(content_of(home / "a/ro-crate-metadata.json"), HasSubstr("\"1970-01-01\""));
+  EXPECT_EQ(content_of(home / "a/board.pdf"), content_of(home / "b/board.pdf"));
+}
+
+TEST(PatternsVerb, AFolderThatExistsIsLeftAlone) {
+  const TemporaryFolder home;
+  ASSERT_EQ(run_program(small(home / "out")).exit_code, 0);
+  write_content(home / "out/note", "mine");
+  const ProgramRun refused = run_program(small(home / "out") + "--json");
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("exists already"));
+  EXPECT_EQ(json::parse(refused.out)["exit_code"], 3);
+  EXPECT_EQ(content_of(home / "out/note"), "mine");
+  EXPECT_EQ(run_program(small(home / "out") + "--overwrite").exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(home / "out/note"));
+}
+
+TEST(PatternsVerb, AFullDiskIsASentenceAndLeavesNothing) {
+  const TemporaryFolder home;
+  const ProgramRun run = run_program(small(home / "out"), "trap '' XFSZ; ulimit -f 0;");
+  // The limit hits the shell's own redirections too, so only code and folder can be looked at.
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_EQ(home.entries(), 0);
+}
+
+TEST(PatternsVerb, AFolderThatCannotBeMadeIsASentence) {
+  const ProgramRun run = run_program(small("/proc/none/out"));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("/proc/none"));
+}
+
+TEST(PatternsVerb, WarnsOfABoardThatLooksTheSameUpsideDown) {
+  const TemporaryFolder home;
+  const ProgramRun run = run_program("patterns --board --board_rows=8 --out='" + (home / "out").string() + "'");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("warning: turned by half a turn"));
+  EXPECT_TRUE(std::filesystem::exists(home / "out/board.pdf"));
+}
+
+}  // namespace
+}  // namespace crumple

@@ -1,0 +1,28 @@
+// Runs the real program, as a shell would.
+#pragma once
+
+#include <cstdlib>
+#include <string>
+
+#include <sys/wait.h>
+
+#include "tests/temporary_folder.h"
+
+namespace crumple {
+
+struct ProgramRun {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+// `arguments` are shell words; `before` stands in front of the program (variables, limits).
+inline ProgramRun run_program(const std::string& arguments, const std::string& before = "") {
+  const TemporaryFolder folder;
+  const std::string command = before + " '" CRUMPLE_PROGRAM "' " + arguments + " >'" + (folder / "out").string() +
+                              "' 2>'" + (folder / "err").string() + "' </dev/null";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
+}
+
+}  // namespace crumple

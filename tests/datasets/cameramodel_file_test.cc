@@ -1,0 +1,108 @@
+#include "datasets/cameramodel_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "datasets/python_literal.h"
+#include "tests/python.h"
+#include "tests/temporary_folder.h"
+
+namespace crumple {
+namespace {
+
+using testing::HasSubstr;
+
+CameraModel example() {
+  return {Lens::create("LENSMODEL_OPENCV5", {1280, 1024},
+                       {1000.1, 1001.0 / 3, 639.5, 511.5, -0.1, 1.23e-7, -3.3e-4, 1e-5, 0.3})
+              .value(),
+          {rotation_from_vector({0.1, -0.2, 0.3}), {1.0 / 3, -200, 1e-9}}};
+}
+
+std::string text_without(const std::string& old_text, const std::string& new_text) {
+  std::string text = cameramodel_text(example());
+  return text.replace(text.find(old_text), old_text.size(), new_text);
+}
+
+TEST(CameramodelFile, LensSurvivesExactlyAndPoseToRounding) {
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_cameramodel(home / "a.cameramodel", example()));
+  const auto read = read_cameramodel(home / "a.cameramodel");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->lens.model(), example().lens.model());
+  EXPECT_EQ(read->lens.size(), example().lens.size());
+  EXPECT_EQ(read->lens.parameters(), example().lens.parameters());
+  EXPECT_EQ(read->camera_from_reference.translation, example().camera_from_reference.translation);
+  EXPECT_LT(local_step(read->camera_from_reference, example().camera_from_reference).norm(), 1e-15);
+}
+
+TEST(CameramodelFile, MrcalReadsTheSameNumbers) {
+  if (!python_has("mrcal")) GTEST_SKIP() << "Debian's python3-mrcal is not installed";
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_cameramodel(home / "a.cameramodel", example()));
+  const std::string script =
+      "import mrcal, sys, numpy as np\n"
+      "m = mrcal.cameramodel(sys.argv[1])\n"
+      "assert m.intrinsics()[0] == 'LENSMODEL_OPENCV5'\n"
+      "assert list(m.intrinsics()[1]) == [1000.1, 1001 / 3, 639.5, 511.5, -0.1, 1.23e-7, -3.3e-4, 1e-5, 0.3]\n"
+      "assert list(m.imagersize()) == [1280, 1024]\n"
+      "rt = m.extrinsics_rt_fromref()\n"
+      "assert np.allclose(rt[:3], [0.1, -0.2, 0.3], atol=1e-15, rtol=0), rt\n"
+      "assert list(rt[3:]) == [1 / 3, -200, 1e-9], rt\n"
+      "p = mrcal.project(np.array((10., -20., 300.)), *m.intrinsics())\n"
+      "print('%.17g %.17g' % tuple(p))\n";
+  const std::string answer = run_python(script, (home / "a.cameramodel").string());
+  double x = 0, y = 0;
+  ASSERT_EQ(std::sscanf(answer.c_str(), "%lf %lf", &x, &y), 2) << answer;
+  const Eigen::Vector2d ours = example().lens.project({10, -20, 300});
+  EXPECT_NEAR(x, ours.x(), 1e-10);
+  EXPECT_NEAR(y, ours.y(), 1e-10);
+}
+
+TEST(CameramodelFile, ReadsWhatMrcalWrites) {
+  const std::string text =
+      "# generated with a note\n"
+      "{\n 'lensmodel':  'LENSMODEL_PINHOLE',\n"
+      "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n"
+      "    'intrinsics': [ 1000, 1001.5, 500, 400,],\n"
+      " 'valid_intrinsics_region': [\n    [ 622, 0 ],\n    [ 0, 634 ],\n],\n"
+      "    'extrinsics': [ 0, 0, 0, 1e-3, 2, 3,],\n"
+      "    'imagersize': [ 1024, 768,],\n"
+      "    'optimization_inputs': b'P)h>@6aWAK2mk;8Apjz3 {]#,$\\'x',\n"
+      "    'icam_intrinsics': 0,\n}\n";
+  const auto model = parse_cameramodel(text);
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->lens.parameters(), (std::vector<double>{1000, 1001.5, 500, 400}));
+  EXPECT_EQ(model->camera_from_reference.translation, Eigen::Vector3d(1e-3, 2, 3));
+}
+
+TEST(CameramodelFile, ErrorsNameTheKey) {
+  const auto message = [](const std::string& old_text, const std::string& new_text) {
+    const auto model = parse_cameramodel(text_without(old_text, new_text));
+    return model ? std::string("no error") : model.error().message;
+  };
+  EXPECT_THAT(message("'lensmodel'", "'lens'"), HasSubstr("'lensmodel' is missing"));
+  EXPECT_THAT(message("LENSMODEL_OPENCV5", "LENSMODEL_OPENCV4"), HasSubstr("LENSMODEL_OPENCV4"));
+  EXPECT_THAT(message("1280, 1024", "1280, 0"), HasSubstr("'imagersize'"));
+  EXPECT_THAT(message("1280, 1024", "1280, 1024, 3"), HasSubstr("'imagersize'"));
+  EXPECT_THAT(message("639.5", "nan"), HasSubstr("nan"));
+  EXPECT_THAT(message("639.5", "None"), HasSubstr("'intrinsics'"));
+  EXPECT_THAT(message("-200", "'-200'"), HasSubstr("'extrinsics'"));
+  EXPECT_THAT(message("'imagersize'", "'intrinsics'"), HasSubstr("given twice"));
+  EXPECT_THAT(message("}", ""), HasSubstr("line"));
+  EXPECT_THAT(read_cameramodel("/nonexistent").error().message, HasSubstr("/nonexistent"));
+}
+
+RC_GTEST_PROP(CameramodelFile, AnyTextIsReadOrRefused, (const std::string& text)) {
+  (void)parse_cameramodel(text);
+  (void)parse_cameramodel("{'lensmodel': " + text + "}");
+}
+
+TEST(PythonLiteral, DeepNestingIsRefused) {
+  EXPECT_FALSE(parse_python_literal(std::string(1000000, '[')));
+  EXPECT_FALSE(parse_python_literal(std::string(1000000, '{')));
+}
+
+}  // namespace
+}  // namespace crumple
