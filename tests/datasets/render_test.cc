@@ -144,12 +144,13 @@ TEST(Render, ideal_observations_agree_with_the_true_geometry) {
   for (const FeatureView& view : observations.features) EXPECT_GT(view.camera_pixels.size(), 20U);
 }
 
-// On an image twice as fine: OpenCV's sector detector is off by 0.1 px or more where squares are only 20 px wide,
-// whatever the noise and the number of samples.
+// Under even light and on an image twice as fine: OpenCV's sector detector is off by 0.1 px and more where squares are
+// only 20 px wide or the light falls off across the board, whatever the noise and the number of samples.
 TEST(Render, corners_lie_where_the_measurement_model_says) {
   Scene scene = scene_from_file("small.yaml");
-  scene.frames = {white_frame};
-  scene.samples = 4;
+  scene.frames = {ambient_frame};
+  scene.lighting.ambient = 0.8;
+  scene.samples = 8;
   Lens& lens = scene.cameras[0].sensor.lens;
   std::vector<double> parameters = lens.parameters();
   for (const std::size_t focal : {0U, 1U}) parameters[focal] *= 2;
@@ -158,7 +159,7 @@ TEST(Render, corners_lie_where_the_measurement_model_says) {
   const Observations ideal = ideal_observations(scene, 50);
   const Renderer renderer(scene, 2);
   const Board& board = scene.board->board();
-  for (const std::size_t station : {0U, 3U}) {
+  for (const std::size_t station : {0U, 2U}) {
     cv::Mat image;
     ASSERT_TRUE(renderer.render_station(station, [&](const RenderedFrame& frame) -> Expected<void> {
       image = frame.image;
@@ -176,11 +177,13 @@ TEST(Render, corners_lie_where_the_measurement_model_says) {
     // The detector may begin at the other end.
     const bool reversed = distance(0, 0) > distance(0, found.size() - 1);
     double squares = 0;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < found.size(); ++i) {
-      const double error = distance(i, reversed ? found.size() - 1 - i : i);
-      EXPECT_LT(error, 0.12) << station << ' ' << i;
-      squares += error * error;
+      const std::size_t j = reversed ? found.size() - 1 - i : i;
+      squares += distance(i, j) * distance(i, j);
+      mean += (Eigen::Vector2d(found[j].x, found[j].y) - truth.pixels[i]) / static_cast<double>(found.size());
     }
+    EXPECT_LT(mean.norm(), 0.02) << station;
     EXPECT_LT(std::sqrt(squares / static_cast<double>(found.size())), 0.05) << station;
   }
 }
