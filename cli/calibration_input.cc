@@ -1,6 +1,7 @@
 #include "cli/calibration_input.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <optional>
 
@@ -8,6 +9,7 @@
 
 #include "calib/detect_board.h"
 #include "cli/progress.h"
+#include "recon/read_stripes.h"
 #include "solvers/parallel.h"
 
 namespace crumple {
@@ -50,6 +52,47 @@ void look(const Capture& capture, const SensorSpec& camera, Sight& sight) {
   } else {
     sight.reason = board.error().message;
   }
+}
+
+std::optional<std::size_t> index_of(const std::vector<SensorSpec>& sensors, const std::optional<std::string>& name) {
+  for (std::size_t s = 0; name && s < sensors.size(); ++s) {
+    if (sensors[s].name == *name) return s;
+  }
+  return std::nullopt;
+}
+
+Expected<BoardStripes> read_board_stripes(const Capture& capture, const CalibrationInput& input, const CornerView& view,
+                                          std::size_t projector) {
+  const std::string& station = input.data.placement_names[view.placement];
+  const std::string& camera = input.data.sensors[view.sensor].name;
+  auto images = read_stripe_images(capture, camera, station);
+  if (!images) return tl::unexpected(images.error());
+  auto coordinates = read_stripes(*images, {}, {});
+  if (!coordinates) return fail(fmt::format("station {}, {}: {}", station, camera, coordinates.error().message));
+  return BoardStripes{view.sensor,  projector, view.placement, capture.orientations, std::move(*coordinates),
+                      images->white};
+}
+
+// Every camera's stripes on every board it found, as observations and as the projector's start.
+Expected<void> add_stripes(const Capture& capture, std::size_t projector, CalibrationInput& input) {
+  Progress progress("decoding stripes", input.data.observations.corners.size());
+  for (const CornerView& view : input.data.observations.corners) {
+    auto stripes = read_board_stripes(capture, input, view, projector);
+    if (!stripes) return tl::unexpected(stripes.error());
+    const cv::Mat hull = corner_hull(view.pixels, stripes->white.size());
+    std::vector<StripeView> views = stripe_views(*stripes, hull, {});
+    if (views.empty()) {
+      return fail(
+          fmt::format("station {}: {} lights none of the board in {}: aim it at the board, or exclude the station",
+                      input.data.placement_names[view.placement], input.data.sensors[projector].name,
+                      input.data.sensors[view.sensor].name));
+    }
+    input.data.pairs.push_back(pixel_pairs(*stripes, hull, {}));
+    std::move(views.begin(), views.end(), std::back_inserter(input.data.observations.stripes));
+    input.stripes.push_back(std::move(*stripes));
+    progress.advance();
+  }
+  return {};
 }
 
 }  // namespace
@@ -97,6 +140,10 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
         {sight.sensor, placement->second, sight.board->corners, sight.board->pixels});
   }
   input.data.observations.placement_count = input.data.placement_names.size();
+  const auto projector = index_of(*sensors, capture.projector);
+  if (projector && !capture.orientations.empty()) {
+    if (auto added = add_stripes(capture, *projector, input); !added) return tl::unexpected(added.error());
+  }
   return input;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calib/calibrate.h"
+#include "calib/stripe_observations.h"
 #include "datasets/capture.h"
 #include "solvers/expected.h"
 
@@ -20,11 +21,12 @@ struct SkippedView {
 
 struct CalibrationInput {
   CalibrationData data;
+  std::vector<BoardStripes> stripes;  // one per camera, projector and placement
   std::vector<SkippedView> skipped;
 };
 
-// Sensors named in `only` (all where it is empty), cameras first. Fails on an image that cannot be read; a board that is
-// not found only loses its view.
+// Sensors named in `only` (all where it is empty), cameras first. Fails on an image that cannot be read; a board that
+// is not found only loses its view.
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
                                                   int threads);
 

@@ -55,7 +55,8 @@ json sensor_json(const Calibration& calibration, std::size_t index) {
     largest = std::max(largest, group.observations);
     result["groups"][name_of(group.kind)] = group_json(group);
   }
-  result["rms_px"] = observations > outliers ? std::sqrt(square_sum / static_cast<double>(observations - outliers)) : 0.0;
+  result["rms_px"] =
+      observations > outliers ? std::sqrt(square_sum / static_cast<double>(observations - outliers)) : 0.0;
   result["observations"] = observations;
   result["outliers"] = outliers;
   return result;
@@ -134,10 +135,9 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
                         r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
   }
   const Eigen::Vector2d warp = bundle.state.board.warp_mm;
-  text += calibration.warp_estimated
-              ? fmt::format("board warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", warp.x(), warp.y(),
-                            calibration.warp_statistic)
-              : std::string("board: taken as flat\n");
+  text += calibration.warp_estimated ? fmt::format("board warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", warp.x(),
+                                                   warp.y(), calibration.warp_statistic)
+                                     : std::string("board: taken as flat\n");
   return text + "scale uncertainty: unknown, the board has no certificate\n";
 }
 

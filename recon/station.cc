@@ -179,12 +179,23 @@ class Station {
         }
       }
     });
+    leave_out_uncertain();
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
         const double depth = result_.depth_mm.at<double>(y, x);
         if (depth > 0) add_pixel(x, y, {depth, result_.sigma_mm.at<float>(y, x), quality.at<float>(y, x)});
       }
     }
+  }
+
+  void leave_out_uncertain() {
+    std::vector<float> sigmas;
+    for (const float sigma : cv::Mat_<float>(result_.sigma_mm)) {
+      if (sigma > 0) sigmas.push_back(sigma);
+    }
+    const cv::Mat uncertain = result_.sigma_mm > options_.largest_sigma_ratio * median_of(std::move(sigmas));
+    result_.depth_mm.setTo(0, uncertain);
+    result_.sigma_mm.setTo(0, uncertain);
   }
 
   void add_pixel(int x, int y, const CombinedDepth& depth) {

@@ -44,13 +44,16 @@ enum class Estimator { paper, weighted, edges };
 
 struct StationOptions {
   Estimator estimator = Estimator::weighted;
-  DecodeOptions decode;
-  PhaseOptions phase;
-  StripeEdgeOptions edges;
-  double common_sigma_px = 0.1;  // what calibration may be off by, in stripe coordinates: see weighted_depth
+  DecodeOptions decode = {};
+  PhaseOptions phase = {};
+  StripeEdgeOptions edges = {};
+  double common_sigma_px = 0.3;  // what calibration may be off by, in stripe coordinates: see weighted_depth
   double gate = 25;              // chi-square per degree of freedom beyond which orientations contradict each other
   double paper_least_sensitivity = 0.5;
   double weighted_least_sensitivity = 0.02;
+  // Points with more than this many times the station's median sigma are left out: dim pixels, and pixels that only an
+  // all but blind orientation decoded.
+  double largest_sigma_ratio = 5;
   std::string name = "station";
 };
 

@@ -11,8 +11,8 @@
 namespace crumple {
 namespace {
 
-// Some hundreds per tile of the blur's map; more only costs time.
-constexpr std::size_t kBlurSample = 20000;
+// A hundred or so per tile of the blur's map; more only costs time.
+constexpr std::size_t kBlurSample = 8000;
 constexpr double kReach = 2;  // stripes around the decoded one
 
 std::vector<PixelSignal> sample_pixels(const DecodedStripes& decoded, DifferenceRows rows) {

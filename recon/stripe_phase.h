@@ -6,6 +6,7 @@
 //
 // sigma: the noise of the differences is estimated from the fits' own residuals as a function of the gain, since light
 // brings noise, and the pixels' scatter against their neighbours may enlarge or shrink all sigmas by one factor.
+// Where stripes are much wider than their blur, a pixel far from all boundaries knows no more than its stripe.
 // Rejected: pixels whose residual squares exceed `gate` times what their gain's noise leads to expect, whose fit left
 // the decoded stripe by more than two, or whose sigma exceeds `max_sigma`.
 #pragma once
@@ -20,8 +21,8 @@ namespace crumple {
 
 struct PhaseOptions {
   double gate = 16;
-  double max_sigma = 0.5;  // stripe widths
-  bool correct = true;     // apply recon/phase_correction.h
+  double max_sigma = 0.25;  // stripe widths; a whole stripe is known to 0.29
+  bool correct = true;      // apply recon/phase_correction.h
 };
 
 // One orientation's coordinates over a camera image.

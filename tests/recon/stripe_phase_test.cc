@@ -1,0 +1,145 @@
+#include "recon/stripe_phase.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "tests/recon/synthetic_stripes.h"
+
+namespace crumple {
+namespace {
+
+struct Errors {
+  double rms_px = 0;
+  double predicted_px = 0;
+  double fraction = 0;  // of lit pixels away from the image's border
+};
+
+StripeCoordinates estimate(const StripeImages& images, const PhaseOptions& options = {}, std::size_t stack = 0) {
+  const BitRule rule = images.stacks[stack].inverses.empty() ? BitRule::half : BitRule::inverse;
+  const DecodeOptions decode{.bit_rule = rule};
+  const auto decoded = decode_stripes(images, stack, lit_mask(images, decode), decode);
+  return estimate_stripe_phase(images, stack, *decoded, options);
+}
+
+Errors errors(const StripeScene& scene, const StripeOrientation& orientation, const StripeCoordinates& found) {
+  constexpr int kBorder = 4;
+  Errors e;
+  int n = 0, all = 0;
+  for (int y = kBorder; y < scene.camera.height - kBorder; ++y) {
+    for (int x = kBorder; x < scene.camera.width - kBorder; ++x, ++all) {
+      const double sigma = found.sigma_px.at<float>(y, x);
+      if (sigma <= 0) continue;
+      e.rms_px += std::pow(found.coordinate_px.at<double>(y, x) - true_coordinate(scene, orientation, x, y), 2);
+      e.predicted_px += sigma * sigma;
+      ++n;
+    }
+  }
+  e.rms_px = std::sqrt(e.rms_px / n);
+  e.predicted_px = std::sqrt(e.predicted_px / n);
+  e.fraction = static_cast<double>(n) / all;
+  return e;
+}
+
+const StripeOrientation kColumns{.bits = 7};
+// Narrow oblique stripes are drawn as staircases of whole pixels, which no decoding can undo.
+const StripeOrientation kOblique{.angle_rad = 0.6, .stripe_width_px = 2, .bits = 7};
+
+TEST(StripePhase, FindsTheCoordinateOfBlurredStripes) {
+  const StripeScene scene;
+  const Errors e = errors(scene, kColumns, estimate(render_stripes(scene, {kColumns})));
+  EXPECT_GT(e.fraction, 0.99);
+  EXPECT_LT(e.rms_px, 0.02);  // whole stripes: 0.29
+}
+
+TEST(StripePhase, FindsTheCoordinateOfObliqueStripes) {
+  StripeScene scene;
+  scene.projector_blur_px = 2.5;
+  const Errors e = errors(scene, kOblique, estimate(render_stripes(scene, {kOblique})));
+  EXPECT_GT(e.fraction, 0.99);
+  EXPECT_LT(e.rms_px, 0.1);  // whole stripes: 0.58
+}
+
+TEST(StripePhase, PredictedSigmaIsTheScatter) {
+  StripeScene scene;
+  scene.noise = 2;
+  const StripeImages images = render_stripes(scene, {kColumns});
+  const Errors e = errors(scene, kColumns, estimate(images));
+  EXPECT_GT(e.fraction, 0.99);
+  EXPECT_LT(e.rms_px, 0.05);
+  EXPECT_NEAR(e.predicted_px / e.rms_px, 1, 0.2);
+}
+
+TEST(StripePhase, CorrectionTakesThePhaseErrorOfAForeignBlurAway) {
+  StripeScene scene;
+  scene.projector_blur_px = 0.3;  // far from a Gaussian: square projector pixels all but sharp
+  scene.noise = 0.5;
+  const StripeImages images = render_stripes(scene, {kColumns});
+  const Errors raw = errors(scene, kColumns, estimate(images, {.correct = false}));
+  const Errors corrected = errors(scene, kColumns, estimate(images));
+  EXPECT_LT(corrected.rms_px, 0.8 * raw.rms_px);
+}
+
+TEST(StripePhase, PrintedEdgesDoNotPullTheCoordinate) {
+  StripeScene scene;
+  scene.noise = 0.5;
+  scene.reflectance = cv::Mat(4 * scene.camera.height, 4 * scene.camera.width, CV_32F, cv::Scalar(1));
+  for (int i = 0; i < scene.reflectance.cols; i += 160) scene.reflectance.colRange(i, i + 80) = 0.5F;
+  const StripeImages images = render_stripes(scene, {kColumns});
+  const StripeCoordinates raw = estimate(images, {.correct = false});
+  const StripeCoordinates corrected = estimate(images);
+  const auto rms_at_edges = [&](const StripeCoordinates& found) {
+    double sum = 0;
+    int n = 0;
+    for (int y = 4; y < scene.camera.height - 4; ++y) {
+      for (int x = 20; x < scene.camera.width - 4; x += 20) {
+        for (const int side : {x - 1, x}) {
+          if (found.sigma_px.at<float>(y, side) <= 0) continue;
+          sum += std::pow(found.coordinate_px.at<double>(y, side) - true_coordinate(scene, kColumns, side, y), 2);
+          ++n;
+        }
+      }
+    }
+    return std::sqrt(sum / n);
+  };
+  EXPECT_GT(corrected.correction.mixing_px2, 0.05);
+  EXPECT_LT(rms_at_edges(corrected), 0.7 * rms_at_edges(raw));
+}
+
+TEST(StripePhase, WorksWithoutInverses) {
+  StripeScene scene;
+  scene.noise = 1;
+  StripeOrientation orientation = kColumns;
+  orientation.inverse = false;
+  const StripeImages images = render_stripes(scene, {orientation});
+  const Errors e = errors(scene, orientation, estimate(images));
+  EXPECT_GT(e.fraction, 0.97);
+  EXPECT_LT(e.rms_px, 0.06);
+}
+
+TEST(StripePhase, SameBitsOnOneThreadAndTwo) {
+  StripeScene scene;
+  scene.noise = 2;
+  const StripeImages images = render_stripes(scene, {kColumns});
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const StripeCoordinates one = estimate(images);
+  cv::setNumThreads(2);
+  const StripeCoordinates two = estimate(images);
+  cv::setNumThreads(threads);
+  EXPECT_EQ(cv::countNonZero(one.coordinate_px != two.coordinate_px), 0);
+  EXPECT_EQ(cv::countNonZero(one.sigma_px != two.sigma_px), 0);
+}
+
+TEST(StripePhase, NothingLitGivesNothing) {
+  StripeScene scene;
+  scene.white = 12;
+  const StripeImages images = render_stripes(scene, {kColumns});
+  EXPECT_EQ(cv::countNonZero(estimate(images).sigma_px), 0);
+}
+
+}  // namespace
+}  // namespace crumple
