@@ -1,0 +1,194 @@
+#include "datasets/render/scene.h"
+
+#include <cassert>
+#include <cmath>
+
+namespace crumple {
+namespace {
+
+bool inside(const Eigen::Vector2d& pixel, ImageSize size) {
+  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width_px - 0.5 &&
+         pixel.y() <= size.height_px - 0.5;
+}
+
+cv::Mat draw_chessboard(const ProjectedChessboard& board, ImageSize size) {
+  cv::Mat image(size.height_px, size.width_px, CV_8U, cv::Scalar(255));
+  for (int y = 0; y < size.height_px; ++y) {
+    for (int x = 0; x < size.width_px; ++x) {
+      const int column = static_cast<int>(std::floor((x - board.first_corner_px.x()) / board.pitch_px));
+      const int row = static_cast<int>(std::floor((y - board.first_corner_px.y()) / board.pitch_px));
+      const bool on_squares = column >= -1 && column < board.columns && row >= -1 && row < board.rows;
+      if (on_squares && (column + row) % 2 == 0) image.at<std::uint8_t>(y, x) = 0;
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+Rig true_rig(const Scene& scene) {
+  Rig rig;
+  for (const SceneCamera& camera : scene.cameras) rig.sensors.push_back(camera.sensor);
+  if (scene.projector) rig.sensors.push_back(scene.projector->sensor);
+  return rig;
+}
+
+const Surface& surface_at(const Scene& scene, const SceneStation& station) {
+  if (station.board) {
+    assert(scene.board);
+    return *scene.board;
+  }
+  assert(scene.panel);
+  return *scene.panel;
+}
+
+std::vector<FrameContent> stripe_frames(const std::vector<StripeOrientation>& orientations) {
+  std::vector<FrameContent> frames;
+  for (std::size_t i = 0; i < orientations.size(); ++i) {
+    for (int bit = 0; bit < orientations[i].bits; ++bit) {
+      frames.push_back({FrameContent::Kind::stripes, i, bit, false});
+      if (orientations[i].inverse) frames.push_back({FrameContent::Kind::stripes, i, bit, true});
+    }
+  }
+  return frames;
+}
+
+cv::Mat projector_image(const Scene& scene, const FrameContent& frame) {
+  if (frame.kind == FrameContent::Kind::ambient) return {};
+  assert(scene.projector);
+  const ImageSize size = scene.projector->sensor.lens.size();
+  switch (frame.kind) {
+    case FrameContent::Kind::stripes:
+      return draw_stripes(scene.orientations[frame.orientation], size, frame.bit, frame.inverted);
+    case FrameContent::Kind::chessboard:
+      assert(scene.projected_chessboard);
+      return draw_chessboard(*scene.projected_chessboard, size);
+    default:
+      return cv::Mat(size.height_px, size.width_px, CV_8U,
+                     cv::Scalar(frame.kind == FrameContent::Kind::white ? 255 : 0));
+  }
+}
+
+namespace {
+
+// One camera and one placement, in the board's frame.
+struct View {
+  const Surface& surface;
+  const Lens& lens;
+  Pose sensor_from_surface;
+  Pose surface_from_sensor;
+
+  View(const Surface& seen, const Sensor& sensor, const Pose& probe_from_surface)
+      : surface(seen),
+        lens(sensor.lens),
+        sensor_from_surface(sensor.sensor_from_probe * probe_from_surface),
+        surface_from_sensor(sensor_from_surface.inverse()) {}
+
+  std::optional<Eigen::Vector3d> point_at(const Eigen::Vector2d& pixel) const {
+    const std::optional<Eigen::Vector3d> ray = lens.ray(pixel);
+    if (!ray) return std::nullopt;
+    const Eigen::Vector3d origin = surface_from_sensor.translation;
+    const Eigen::Vector3d direction = surface_from_sensor.rotation * *ray;
+    const double t_plane = -origin.z() / direction.z();
+    if (!(t_plane > 0)) return std::nullopt;
+    const std::optional<double> t = surface.meet(origin, direction, t_plane);
+    if (!t) return std::nullopt;
+    return origin + *t * direction;
+  }
+
+  std::optional<Eigen::Vector2d> pixel_of(const Eigen::Vector3d& point) const {
+    const Eigen::Vector3d in_sensor = sensor_from_surface * point;
+    if (in_sensor.z() <= 0) return std::nullopt;
+    const Eigen::Vector2d pixel = lens.project(in_sensor);
+    if (!inside(pixel, lens.size())) return std::nullopt;
+    return pixel;
+  }
+};
+
+CornerView corners_seen(const Board& board, const View& camera) {
+  CornerView view;
+  for (int index = 0; index < board.corner_count(); ++index) {
+    if (const std::optional<Eigen::Vector2d> pixel = camera.pixel_of(board.corner(index))) {
+      view.corners.push_back(index);
+      view.pixels.push_back(*pixel);
+    }
+  }
+  return view;
+}
+
+// Camera pixels on a grid, and the projector pixels they meet on the board.
+struct Matches {
+  std::vector<Eigen::Vector2d> camera_pixels;
+  std::vector<Eigen::Vector2d> projector_pixels;
+};
+
+Matches matches_on_grid(const View& camera, const View& projector, int step_px) {
+  Matches matches;
+  for (int y = step_px / 2; y < camera.lens.size().height_px; y += step_px) {
+    for (int x = step_px / 2; x < camera.lens.size().width_px; x += step_px) {
+      const std::optional<Eigen::Vector3d> point = camera.point_at(Eigen::Vector2d(x, y));
+      if (!point) continue;
+      if (const std::optional<Eigen::Vector2d> lit_by = projector.pixel_of(*point)) {
+        matches.camera_pixels.emplace_back(x, y);
+        matches.projector_pixels.push_back(*lit_by);
+      }
+    }
+  }
+  return matches;
+}
+
+FeatureView features_seen(const ProjectedChessboard& chessboard, const View& camera, const View& projector) {
+  FeatureView view;
+  for (int row = 0; row < chessboard.rows; ++row) {
+    for (int column = 0; column < chessboard.columns; ++column) {
+      const Eigen::Vector2d cast = chessboard.first_corner_px + chessboard.pitch_px * Eigen::Vector2d(column, row);
+      const std::optional<Eigen::Vector3d> point = projector.point_at(cast);
+      if (!point) continue;
+      if (const std::optional<Eigen::Vector2d> pixel = camera.pixel_of(*point)) {
+        view.projector_pixels.push_back(cast);
+        view.camera_pixels.push_back(*pixel);
+      }
+    }
+  }
+  return view;
+}
+
+}  // namespace
+
+Observations ideal_observations(const Scene& scene, int grid_step_px) {
+  assert(grid_step_px > 0);
+  Observations observations;
+  const std::size_t projector_index = scene.cameras.size();
+  for (const SceneStation& station : scene.stations) {
+    if (!station.board) continue;
+    const std::size_t placement = observations.placement_count++;
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+      const View camera(*scene.board, scene.cameras[i].sensor, station.probe_from_surface);
+      CornerView corners = corners_seen(scene.board->board(), camera);
+      corners.sensor = i;
+      corners.placement = placement;
+      observations.corners.push_back(std::move(corners));
+      if (!scene.projector) continue;
+
+      const View projector(*scene.board, scene.projector->sensor, station.probe_from_surface);
+      const Matches matches = matches_on_grid(camera, projector, grid_step_px);
+      for (const StripeOrientation& orientation : scene.orientations) {
+        StripeView stripes{i, projector_index, placement, orientation.normal(), matches.camera_pixels, {}};
+        for (const Eigen::Vector2d& pixel : matches.projector_pixels) {
+          stripes.coordinates_px.push_back(orientation.normal().dot(pixel));
+        }
+        observations.stripes.push_back(std::move(stripes));
+      }
+      if (scene.projected_chessboard) {
+        FeatureView features = features_seen(*scene.projected_chessboard, camera, projector);
+        features.projector = projector_index;
+        features.camera = i;
+        features.placement = placement;
+        observations.features.push_back(std::move(features));
+      }
+    }
+  }
+  return observations;
+}
+
+}  // namespace crumple

@@ -1,0 +1,103 @@
+// A scene: what a synthetic capture is made from, in memory. datasets/scene_file.h reads one from YAML.
+//
+// Everything sits in the probe frame, that of the first camera. Radiance is relative: 1 is what a white Lambert surface
+// (albedo 1) sends out where it faces the fully lit projector on its axis, at the lighting's reference distance.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "datasets/capture.h"
+#include "datasets/render/surfaces.h"
+#include "recon/patterns.h"
+#include "solvers/observations.h"
+#include "solvers/pose.h"
+#include "solvers/rig.h"
+
+namespace crumple {
+
+// How sharp a lens is: a Gaussian blur everywhere, and a thin lens' disc of confusion off its focus distance.
+struct Optics {
+  double blur_px = 0;      // sigma, on top of the square pixel itself
+  double aperture_mm = 0;  // diameter; 0 is a pinhole, sharp at every distance
+  double focus_distance_mm = 1e3;
+};
+
+struct Detector {
+  double exposure = 0.7;  // share of the full well that radiance 1 fills on the camera's axis
+  double full_well_electrons = 10000;
+  double read_noise_electrons = 0;
+  bool shot_noise = true;
+  int bits = 8;       // 8..16; above 8 the codes are spread over the 16-bit range, so that saturation is 65535
+  double offset = 0;  // dark level as a share of the code range
+};
+
+struct Emitter {
+  double gamma = 1;       // emission = black + (1 - black) (code / 255)^gamma
+  double black = 0;       // what a dark pixel still emits
+  double pixel_fill = 1;  // side of the lit square within the pixel pitch, 0..1
+};
+
+struct SceneCamera {
+  Sensor sensor;
+  Optics optics;
+  Detector detector;
+};
+
+struct SceneProjector {
+  Sensor sensor;
+  Optics optics;
+  Emitter emitter;
+};
+
+struct Lighting {
+  double reference_distance_mm = 800;
+  double ambient = 0;     // radiance of a white Lambert surface under the room's light, the same from everywhere
+  double background = 0;  // radiance where a ray leaves the scene, as a share of ambient
+};
+
+struct SceneStation {
+  std::string id;
+  bool board = true;        // else the panel
+  Pose probe_from_surface;  // of the board or of the panel
+};
+
+struct Scene {
+  std::string name;
+  std::vector<SceneCamera> cameras;  // the first one's frame is the probe frame
+  std::optional<SceneProjector> projector;
+  Lighting lighting;
+  std::optional<BoardPlate> board;
+  std::optional<Panel> panel;
+  std::vector<SceneStation> stations;
+  std::vector<StripeOrientation> orientations;
+  std::optional<ProjectedChessboard> projected_chessboard;
+  std::vector<FrameContent> frames;
+  int samples = 16;  // traced per camera pixel; four times as many where those do not all see the same material
+  std::uint64_t seed = 1;
+};
+
+// The scene's sensors, cameras first, then the projector; no covariance, for nothing was estimated.
+Rig true_rig(const Scene& scene);
+
+// Precondition: the station's board or panel exists.
+const Surface& surface_at(const Scene& scene, const SceneStation& station);
+
+// All frames of the orientations, most significant bit first, each inverse after its pattern.
+std::vector<FrameContent> stripe_frames(const std::vector<StripeOrientation>& orientations);
+
+// The 8-bit image the projector shows; empty for a frame without it. Precondition: the scene has a projector where the
+// frame needs one.
+cv::Mat projector_image(const Scene& scene, const FrameContent& frame);
+
+// What the measurement model says the sensors observe, free of noise: corners in every camera, stripe coordinates on a
+// grid of camera pixels `grid_step_px` apart, and projected chessboard corners where the scene has them. Placements
+// number the stations with the board, in their order. Only what lies inside the images and on the plate is listed;
+// occlusion cannot occur with one plate in view.
+Observations ideal_observations(const Scene& scene, int grid_step_px);
+
+}  // namespace crumple

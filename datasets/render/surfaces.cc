@@ -1,0 +1,168 @@
+#include "datasets/render/surfaces.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/LU>
+
+namespace crumple {
+namespace {
+
+constexpr double settled_mm = 1e-9;
+constexpr double nothing_left = 40;  // exp(-40) of any depth is below rounding
+
+}  // namespace
+
+bool Extent::contains(const Eigen::Vector2d& xy) const {
+  return (xy.array() >= low.array()).all() && (xy.array() <= high.array()).all();
+}
+
+Eigen::Vector2d Extent::clamped(const Eigen::Vector2d& xy) const { return xy.cwiseMax(low).cwiseMin(high); }
+
+SurfacePoint Surface::at(double x, double y) const {
+  const Eigen::Vector2d gradient = slope(x, y);
+  return {Eigen::Vector3d(x, y, height_mm(x, y)), Eigen::Vector3d(gradient.x(), gradient.y(), -1).normalized()};
+}
+
+std::optional<double> Surface::meet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                                    double t_start) const {
+  const double longest_step = 5 / direction.norm();
+  double t = t_start;
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    const Eigen::Vector3d p = origin + t * direction;
+    const double above = p.z() - height_mm(p.x(), p.y());
+    const double rate = direction.z() - slope(p.x(), p.y()).dot(direction.head<2>());
+    const double step = -above / rate;
+    if (!(std::abs(step) <= longest_step)) return std::nullopt;
+    t += step;
+    if (std::abs(step) * direction.norm() < settled_mm) {
+      const Eigen::Vector3d met = origin + t * direction;
+      if (!extent().contains(met.head<2>())) return std::nullopt;
+      return t;
+    }
+  }
+  return std::nullopt;
+}
+
+Eigen::Vector3d Surface::nearest(const Eigen::Vector3d& point) const {
+  const Extent bounds = extent();
+  const auto on_surface = [&](const Eigen::Vector2d& xy) {
+    return Eigen::Vector3d(xy.x(), xy.y(), height_mm(xy.x(), xy.y()));
+  };
+  // The nearest point lies no further away than the one straight below.
+  Eigen::Vector2d best = bounds.clamped(point.head<2>());
+  double best_distance = (on_surface(best) - point).norm();
+  const double reach = best_distance;
+  const Eigen::Vector2d foot = best;
+  constexpr int half_grid = 4;
+  for (int j = -half_grid; j <= half_grid; ++j) {
+    for (int i = -half_grid; i <= half_grid; ++i) {
+      const Eigen::Vector2d start = bounds.clamped(foot + reach / half_grid * Eigen::Vector2d(i, j));
+      const double distance = (on_surface(start) - point).norm();
+      if (distance < best_distance) {
+        best = start;
+        best_distance = distance;
+      }
+    }
+  }
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    const Eigen::Vector2d gradient = slope(best.x(), best.y());
+    const Eigen::Vector3d offset = point - on_surface(best);
+    const Eigen::Vector2d descent = offset.head<2>() + gradient * offset.z();
+    const Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Identity() + gradient * gradient.transpose();
+    Eigen::Vector2d step = normal_matrix.inverse() * descent;
+    Eigen::Vector2d next = bounds.clamped(best + step);
+    // On an edge of the extent, slide along it.
+    for (int axis = 0; axis < 2; ++axis) {
+      if (next[axis] == best[axis] && step[axis] != 0) {
+        step[1 - axis] = descent[1 - axis] / normal_matrix(1 - axis, 1 - axis);
+        next = bounds.clamped(best + step);
+      }
+    }
+    double shrink = 1;
+    while (shrink > 1e-9 && (on_surface(next) - point).squaredNorm() > offset.squaredNorm()) {
+      shrink /= 2;
+      next = bounds.clamped(best + shrink * step);
+    }
+    if (shrink <= 1e-9) break;
+    const double moved = (next - best).norm();
+    best = next;
+    if (moved < settled_mm) break;
+  }
+  return on_surface(best);
+}
+
+double Surface::distance_mm(const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d closest = nearest(point);
+  const double side = (point - closest).dot(at(closest.x(), closest.y()).normal);
+  return std::copysign((point - closest).norm(), side);
+}
+
+BoardPlate::BoardPlate(const Board& board, double margin_mm, const Material& white, const Material& black)
+    : board_(board), margin_mm_(margin_mm), white_(white), black_(black) {}
+
+Extent BoardPlate::extent() const {
+  const double border = board_.pitch_mm + margin_mm_;
+  const Eigen::Vector2d last = board_.pitch_mm * Eigen::Vector2d(board_.columns - 1, board_.rows - 1);
+  return {Eigen::Vector2d::Constant(-border), last + Eigen::Vector2d::Constant(border)};
+}
+
+Material BoardPlate::material(double x, double y) const {
+  const double column = std::floor(x / board_.pitch_mm);
+  const double row = std::floor(y / board_.pitch_mm);
+  const bool on_squares = column >= -1 && column < board_.columns && row >= -1 && row < board_.rows;
+  const bool black = on_squares && (static_cast<int>(column) + static_cast<int>(row)) % 2 == 0;
+  return black ? black_ : white_;
+}
+
+Panel::Panel(PanelShape shape, const Material& paint) : shape_(std::move(shape)), paint_(paint) {
+  for (const Crease& crease : shape_.creases) {
+    const Eigen::Vector2d normal(-std::sin(crease.direction_rad), std::cos(crease.direction_rad));
+    folds_.push_back({crease.through_mm, normal, std::tan(crease.angle_rad / 2), crease.radius_mm});
+  }
+}
+
+Extent Panel::extent() const { return {-shape_.size_mm / 2, shape_.size_mm / 2}; }
+
+double Panel::height_mm(double x, double y) const {
+  const Eigen::Vector2d p(x, y);
+  double z = 0.5 * shape_.curvature_per_mm.dot(p.cwiseAbs2());
+  for (const Fold& fold : folds_) {
+    const double d = fold.normal.dot(p - fold.through);
+    z += fold.tangent * (std::sqrt(d * d + fold.radius * fold.radius) - fold.radius);
+  }
+  for (const Recess& recess : shape_.recesses) {
+    const double q = (p - recess.centre_mm).cwiseQuotient(recess.half_size_mm).squaredNorm();
+    if (q * q < nothing_left) z += recess.depth_mm * std::exp(-q * q);
+  }
+  for (const Dent& dent : shape_.dents) {
+    const double q = (p - dent.centre_mm).squaredNorm() / (2 * dent.radius_mm * dent.radius_mm);
+    if (q < nothing_left) z += dent.depth_mm * std::exp(-q);
+  }
+  return z;
+}
+
+Eigen::Vector2d Panel::slope(double x, double y) const {
+  const Eigen::Vector2d p(x, y);
+  Eigen::Vector2d gradient = shape_.curvature_per_mm.cwiseProduct(p);
+  for (const Fold& fold : folds_) {
+    const double d = fold.normal.dot(p - fold.through);
+    gradient += fold.tangent * d / std::sqrt(d * d + fold.radius * fold.radius) * fold.normal;
+  }
+  for (const Recess& recess : shape_.recesses) {
+    const Eigen::Vector2d scaled = (p - recess.centre_mm).cwiseQuotient(recess.half_size_mm);
+    const double q = scaled.squaredNorm();
+    if (q * q >= nothing_left) continue;
+    gradient -= recess.depth_mm * std::exp(-q * q) * 4 * q * scaled.cwiseQuotient(recess.half_size_mm);
+  }
+  for (const Dent& dent : shape_.dents) {
+    const Eigen::Vector2d r = p - dent.centre_mm;
+    const double variance = dent.radius_mm * dent.radius_mm;
+    const double q = r.squaredNorm() / (2 * variance);
+    if (q < nothing_left) gradient -= dent.depth_mm * std::exp(-q) / variance * r;
+  }
+  return gradient;
+}
+
+}  // namespace crumple

@@ -1,0 +1,116 @@
+#include "datasets/scene_sensors.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "datasets/scene_values.h"
+
+namespace crumple {
+namespace {
+
+constexpr double furthest_mm = 1e5;
+
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(),
+                                      [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
+}
+
+Lens placeholder_lens() { return *Lens::undistorted("LENSMODEL_PINHOLE", {1, 1}, 1, 1, Eigen::Vector2d::Zero()); }
+
+// The parameters by mrcal's order: focal lengths, centre, then the distortion; what is left out of that is zero.
+Lens read_lens(const YamlValue& value, ImageSize size) {
+  YamlMap map = value.map();
+  std::string model = "LENSMODEL_OPENCV5";
+  if (const auto given = map.find("model")) model = given->text();
+  std::vector<double> parameters;
+  const auto append = [&](const std::optional<YamlValue>& pair, double lowest) {
+    const Eigen::Vector2d numbers = pair ? read_vector<2>(*pair, lowest, 1e6) : Eigen::Vector2d(1, 1);
+    parameters.insert(parameters.end(), {numbers.x(), numbers.y()});
+  };
+  append(map.require("focal_px", "[along x, along y]"), 1);
+  append(map.require("centre_px", "[x, y] of the principal point"), -1e6);
+  if (const auto distortion = map.find("distortion")) {
+    for (const YamlValue& item : distortion->list()) parameters.push_back(item.number(-100, 100));
+  }
+  map.finish();
+  const std::vector<std::string> names = lens_parameter_names(model);
+  if (parameters.size() > names.size() && !names.empty()) {
+    value.problem(fmt::format("{} takes at most {} distortion terms", model, names.size() - 4));
+    return placeholder_lens();
+  }
+  parameters.resize(std::max(parameters.size(), names.size()), 0.0);
+  auto lens = Lens::create(model, size, parameters);
+  if (!lens) {
+    value.problem(lens.error().message);
+    return placeholder_lens();
+  }
+  return *std::move(lens);
+}
+
+Optics read_optics(YamlMap& map) {
+  Optics optics;
+  optics.blur_px = number_or(map, "blur_px", optics.blur_px, 0, 20);
+  optics.aperture_mm = number_or(map, "aperture_mm", optics.aperture_mm, 0, 200);
+  optics.focus_distance_mm = number_or(map, "focus_distance_mm", optics.focus_distance_mm, 1, furthest_mm);
+  return optics;
+}
+
+Detector read_detector(YamlMap& map) {
+  Detector detector;
+  detector.exposure = number_or(map, "exposure", detector.exposure, 1e-6, 1e3);
+  detector.full_well_electrons = number_or(map, "full_well_electrons", detector.full_well_electrons, 1, 1e9);
+  detector.read_noise_electrons = number_or(map, "read_noise_electrons", detector.read_noise_electrons, 0, 1e6);
+  if (const auto shot = map.find("shot_noise")) detector.shot_noise = shot->boolean();
+  if (const auto bits = map.find("bits")) detector.bits = bits->integer(8, 16);
+  detector.offset = number_or(map, "offset", detector.offset, 0, 0.5);
+  return detector;
+}
+
+Emitter read_emitter(YamlMap& map) {
+  Emitter emitter;
+  emitter.gamma = number_or(map, "gamma", emitter.gamma, 0.1, 10);
+  emitter.black = number_or(map, "black", emitter.black, 0, 1);
+  emitter.pixel_fill = number_or(map, "pixel_fill", emitter.pixel_fill, 0.1, 1);
+  return emitter;
+}
+
+void read_sensor(const std::string& name, const YamlValue& value, Scene& scene) {
+  if (!is_plain_name(name)) value.problem("a sensor's name is made of letters, digits, _ and -");
+  YamlMap map = value.map();
+  Sensor sensor{name, SensorKind::camera, placeholder_lens(), {}};
+  if (const auto kind = map.require("kind", "camera or projector")) {
+    if (kind->one_of({"camera", "projector"}) == "projector") sensor.kind = SensorKind::projector;
+  }
+  const ImageSize size = read_size_px(map);
+  if (const auto lens = map.require("lens", "{focal_px: [x, y], centre_px: [x, y]}"))
+    sensor.lens = read_lens(*lens, size);
+  sensor.sensor_from_probe = read_place(map).inverse();
+  const Optics optics = read_optics(map);
+  if (sensor.kind == SensorKind::camera) {
+    scene.cameras.push_back({std::move(sensor), optics, read_detector(map)});
+  } else if (scene.projector) {
+    value.problem("a scene has one projector at most");
+  } else {
+    scene.projector = SceneProjector{std::move(sensor), optics, read_emitter(map)};
+  }
+  map.finish();
+}
+
+}  // namespace
+
+void read_scene_sensors(const YamlValue& value, Scene& scene) {
+  YamlMap map = value.map();
+  for (const auto& [name, sensor] : map.entries()) read_sensor(name, sensor, scene);
+  if (scene.cameras.empty()) return value.problem("at least one camera is needed");
+  const Pose& first = scene.cameras.front().sensor.sensor_from_probe;
+  const bool at_probe = first.translation.isZero() && rotation_vector(first.rotation).isZero();
+  if (!at_probe)
+    value.problem("the first camera's frame is the probe frame: leave out its position_mm and rotation_deg");
+}
+
+}  // namespace crumple

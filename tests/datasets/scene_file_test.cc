@@ -1,0 +1,76 @@
+#include "datasets/scene_file.h"
+
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/datasets/render_scenes.h"
+
+namespace crumple {
+namespace {
+
+using testing::HasSubstr;
+
+std::string small_text() {
+  std::ifstream file(std::string(CRUMPLE_SOURCE_DIR) + "/datasets/scenes/small.yaml");
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::string error_with(const std::string& from, const std::string& to) {
+  std::string text = small_text();
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const auto scene = parse_scene(text, "s.yaml");
+  return scene ? "no error" : scene.error().message;
+}
+
+TEST(SceneFile, reads_the_scenes_that_come_with_the_program) {
+  const Scene small = scene_from_file("small.yaml");
+  ASSERT_EQ(small.cameras.size(), 1U);
+  EXPECT_EQ(small.cameras[0].sensor.lens.parameters(),
+            (std::vector<double>{441.2, 440.7, 163.1, 117.4, -0.09, 0.05, 0.0005, -0.0004, 0}));
+  EXPECT_EQ(small.frames.size(), 36U);
+  EXPECT_EQ(small.stations.size(), 5U);
+  EXPECT_FALSE(small.stations[4].board);
+  // Stations state where the middle of the plate is.
+  const Eigen::Vector3d middle = small.stations[0].probe_from_surface * Eigen::Vector3d(96, 60, 0);
+  EXPECT_LT((middle - Eigen::Vector3d(0, 0, 500)).norm(), 1e-9);
+  // The projector's place is where it stands, not where it sees the probe.
+  const Eigen::Vector3d stands = small.projector->sensor.sensor_from_probe.inverse().translation;
+  EXPECT_LT((stands - Eigen::Vector3d(180, 0, 0)).norm(), 1e-9);
+
+  const Scene door = scene_from_file("door.yaml");
+  EXPECT_EQ(door.orientations.size(), 4U);
+  EXPECT_EQ(door.stations.size(), 12U);
+}
+
+TEST(SceneFile, names_line_column_and_field_of_a_mistake) {
+  EXPECT_THAT(error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("s.yaml:12:5: sensors.cam0"));
+  EXPECT_THAT(error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("blur_px"));
+  EXPECT_THAT(error_with("pitch_mm: 24", "pitch_mm: twenty"), HasSubstr("board.pitch_mm"));
+  EXPECT_THAT(error_with("bits: 8", "bits: 7"), HasSubstr("8 to 16"));
+  EXPECT_THAT(error_with("exposure: 0.8", "gamma: 2"), HasSubstr("gamma"));
+  EXPECT_THAT(error_with("seed: 7", "seed: \"7\""), HasSubstr("seed"));
+  EXPECT_THAT(error_with("bits: 9}", "bits: 4}"), HasSubstr("patterns.orientations[0]"));
+  EXPECT_THAT(error_with("0.05, 0.0005,", "0.05, 0.0005, 0, 0, 0,"), HasSubstr("at most 5 distortion terms"));
+  EXPECT_THAT(error_with("position_mm: [180, 0, 0]", "position_mm: [180, 0]"), HasSubstr("must hold 3 numbers"));
+  EXPECT_THAT(error_with("id: board_2", "id: board_1"), HasSubstr("listed twice"));
+  EXPECT_THAT(error_with("board: {position_mm: [0, 0, 500]", "plate: {position_mm: [0, 0, 500]"),
+              HasSubstr("either `board` or `panel`"));
+  EXPECT_THAT(error_with("kind: projector", "kind: camera"), HasSubstr("projector"));
+  EXPECT_THAT(error_with("bulge_radius_mm: [1500, 700]", "bulge_radius_mm: [1500, 0]"), HasSubstr("50 mm or more"));
+}
+
+TEST(SceneFile, a_missing_file_is_named) {
+  const auto scene = read_scene("/no/such/scene.yaml");
+  ASSERT_FALSE(scene);
+  EXPECT_THAT(scene.error().message, HasSubstr("/no/such/scene.yaml"));
+}
+
+}  // namespace
+}  // namespace crumple
