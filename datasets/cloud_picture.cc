@@ -102,15 +102,35 @@ Scale scale_of(const CloudPicture& picture) {
   return scale;
 }
 
-// How bright a surface is under a lamp that grazes it from the upper left, and a weak one behind the viewer.
-double shading(const cv::Vec3f& normal) {
-  static const cv::Vec3f lamp = cv::normalize(cv::Vec3f(-0.75F, -0.6F, -0.55F));
-  static const cv::Vec3f half_way = cv::normalize(lamp + cv::Vec3f(0, 0, -1));
-  const double key = std::max(0.0F, normal.dot(lamp));
-  const double fill = std::max(0.0F, -normal[2]);
-  const double gloss = std::pow(std::max(0.0F, normal.dot(half_way)), 40);
-  return 0.16 + 0.72 * key + 0.28 * fill + 0.10 * gloss;
-}
+// A lamp that grazes the surface from the upper left. Brightness follows the difference from the mean normal, so that
+// shallow relief shows however the surface as a whole is turned.
+class Lamp {
+ public:
+  explicit Lamp(const CloudImage& image) {
+    double sum = 0;
+    int count = 0;
+    for (int y = 0; y < image.weight.rows; ++y) {
+      for (int x = 0; x < image.weight.cols; ++x) {
+        if (image.weight(y, x) <= 0) continue;
+        sum += light(image.normal(y, x));
+        ++count;
+      }
+    }
+    mean_ = count > 0 ? sum / count : 0;
+  }
+
+  double brightness(const cv::Vec3f& normal) const {
+    return std::clamp(0.84 + 1.7 * (light(normal) - mean_), 0.12, 1.0);
+  }
+
+ private:
+  static double light(const cv::Vec3f& normal) {
+    static const cv::Vec3f direction = cv::normalize(cv::Vec3f(-0.6F, -0.75F, -0.45F));
+    return std::max(0.0F, normal.dot(direction));
+  }
+
+  double mean_ = 0;
+};
 
 std::uint32_t packed(const Colour& colour, double brightness) {
   std::uint32_t pixel = 0xff000000U;
@@ -130,6 +150,7 @@ std::uint32_t background(int x, int y) {
 }
 
 void paint_pixels(cairo_surface_t* surface, const CloudImage& image, const Scale& scale) {
+  const Lamp lamp(image);
   cairo_surface_flush(surface);
   unsigned char* const data = cairo_image_surface_get_data(surface);
   const int stride = cairo_image_surface_get_stride(surface);
@@ -141,7 +162,8 @@ void paint_pixels(cairo_surface_t* surface, const CloudImage& image, const Scale
       const bool inside = in_scene.x >= 0 && in_scene.y >= 0 && in_scene.x < scene_px.width &&
                           in_scene.y < scene_px.height && image.weight(in_scene) > 0;
       if (inside)
-        row[x] = packed(scale.colour(static_cast<double>(image.value(in_scene))), shading(image.normal(in_scene)));
+        row[x] =
+            packed(scale.colour(static_cast<double>(image.value(in_scene))), lamp.brightness(image.normal(in_scene)));
     }
   }
   cairo_surface_mark_dirty(surface);
