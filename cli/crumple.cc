@@ -13,9 +13,11 @@
 #include "cli/flags.h"
 #include "cli/help.h"
 #include "cli/progress.h"
+#include "cli/sentence.h"
 #include "cli/verb.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/json_text.h"
+#include "datasets/nearest_name.h"
 
 namespace crumple {
 namespace {
@@ -34,8 +36,9 @@ int print_to_stdout(const std::string& text, ExitCode exit_code) {
   return static_cast<int>(ExitCode::bad_input);
 }
 
-int report_error(const std::string& sentence, ExitCode exit_code, bool json) {
-  log_line("crumple: " + sentence + (sentence.empty() || sentence.back() == '.' ? "" : "."));
+int report_error(const std::string& message, ExitCode exit_code, bool json) {
+  const std::string sentence = as_sentences(message);
+  log_line("crumple: " + sentence);
   if (!json) return static_cast<int>(exit_code);
   const nlohmann::json document = {{"error", sentence}, {"exit_code", static_cast<int>(exit_code)}};
   return print_to_stdout(json_text(document).value_or("{}") + "\n", exit_code);

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <thread>
 
 #include <fmt/core.h>
 #include <gflags/gflags.h>
+
+#include "datasets/nearest_name.h"
 
 DEFINE_string(out, "", "folder to write; must not exist unless --overwrite is given");
 DEFINE_bool(overwrite, false, "replace the output folder, if it is one that Crumple wrote");
@@ -67,21 +68,6 @@ Expected<void> set_flag(const gflags::CommandLineFlagInfo& info, const std::stri
     if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(number)) return rejected();
   }
   return {};
-}
-
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row.back();
 }
 
 }  // namespace
@@ -166,19 +152,6 @@ std::optional<std::filesystem::path> images_folder() {
 int thread_count() {
   if (FLAGS_threads > 0) return FLAGS_threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates) {
-  std::string best;
-  std::size_t smallest = std::max<std::size_t>(2, name.size() / 3) + 1;
-  for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(name, candidate);
-    if (distance < smallest) {
-      smallest = distance;
-      best = candidate;
-    }
-  }
-  return best;
 }
 
 }  // namespace crumple

@@ -49,7 +49,4 @@ std::vector<std::string> parse_names(const std::string& text);
 std::optional<std::filesystem::path> images_folder();
 int thread_count();
 
-// The candidate closest in spelling, or nothing where none is near.
-std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);
-
 }  // namespace crumple

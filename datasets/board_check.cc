@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "calib/detect_board.h"
+#include "calib/stripe_observations.h"
 
 namespace crumple {
 namespace {
@@ -21,17 +21,6 @@ const ShownFrame* find(const std::vector<ShownFrame>& frames, Kind kind) {
     return frame.content.kind == kind && !frame.image.empty();
   });
   return found == frames.end() ? nullptr : &*found;
-}
-
-// 255 within the hull of the corners.
-cv::Mat1b hull_mask(const DetectedBoard& board, cv::Size size) {
-  std::vector<cv::Point> corners;
-  for (const Eigen::Vector2d& pixel : board.pixels) corners.emplace_back(cvRound(pixel.x()), cvRound(pixel.y()));
-  std::vector<cv::Point> hull;
-  cv::convexHull(corners, hull);
-  cv::Mat1b mask(size, 0);
-  cv::fillConvexPoly(mask, hull, 255);
-  return mask;
 }
 
 }  // namespace
@@ -52,7 +41,7 @@ std::vector<Finding> check_board(const std::vector<ShownFrame>& frames, const Bo
                          detected.error().message)}};
   }
   if (white == nullptr || black == nullptr) return {};
-  const cv::Mat1b mask = hull_mask(*detected, white->image.size());
+  const cv::Mat mask = corner_hull(detected->pixels, white->image.size());
   cv::Mat difference;
   cv::subtract(white->image, black->image, difference, cv::noArray(), CV_32F);
   const cv::Mat lit = (difference > kLitThreshold * full_scale) & mask;

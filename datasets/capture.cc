@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include "datasets/check_capture.h"
+#include "datasets/exposure_check.h"
 #include "datasets/file_template.h"
+#include "datasets/output_folder.h"
 
 namespace crumple {
 namespace {
@@ -110,9 +112,9 @@ std::string frame_words(const FrameContent& content) {
 
 Expected<Capture> read_capture(const std::filesystem::path& description,
                                const std::optional<std::filesystem::path>& images) {
-  const auto bytes = read_file_bytes(description);
-  if (!bytes) return tl::unexpected(bytes.error());
-  auto capture = parse_capture(std::string(bytes->begin(), bytes->end()), description.string());
+  const auto text = read_file(description);
+  if (!text) return tl::unexpected(text.error());
+  auto capture = parse_capture(*text, description.string());
   if (!capture) return capture;
   capture->description = description;
   capture->images = images ? *images : description.parent_path() / capture->images;
@@ -148,7 +150,14 @@ Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& ca
     return fail(fmt::format("{} has neither a white nor an ambient frame to look for the board in",
                             capture.description.string()));
   }
-  return read_frame(capture, camera, station, *frame);
+  auto image = read_frame(capture, camera, station, *frame);
+  if (!image) return image;
+  const std::string name = capture.image_file(camera, station, *frame).string();
+  const std::vector<ShownFrame> shown = {{capture.frames[*frame], name, *image}};
+  const std::vector<Finding> findings =
+      check_exposure(shown, full_scale_of(shown), fmt::format("station {}, camera {}", station, camera));
+  if (has_error(findings)) return fail(joined_errors(findings));
+  return image;
 }
 
 Expected<StripeImages> read_stripe_images(const Capture& capture, const std::string& camera,

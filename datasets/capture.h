@@ -104,7 +104,8 @@ Expected<Capture> read_capture(const std::filesystem::path& description,
 Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, const std::string& station,
                              std::size_t frame);
 
-// The frame to look for the board in: the white one, else the ambient one.
+// The frame to look for the board in: the white one, else the ambient one. Fails where it is dark or saturated by the
+// rules of exposure_check.h: a board that is not found there would only be half the story.
 Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& camera, const std::string& station);
 
 // The whole stripe sequence of a station. Fails on whatever check_station (check_capture.h) calls an error: missing or

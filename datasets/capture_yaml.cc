@@ -1,6 +1,5 @@
 // capture.yaml to Capture. Each reader below takes one key of docs/formats.md.
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
@@ -13,35 +12,17 @@
 #include "datasets/file_template.h"
 #include "datasets/frame_list.h"
 #include "datasets/yaml_reader.h"
+#include "datasets/yaml_values.h"
 
 namespace crumple {
 namespace {
 
 constexpr const char* kSchema = "crumple-capture/1";
-constexpr int kLargestSide = 65500;
-
-bool is_plain_name(const std::string& name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(),
-                                      [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
-}
 
 // Station names end up in file names, of images and of results.
 bool is_station_name(const std::string& name) {
   return !name.empty() && name != "." && name != ".." &&
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= 0x20 && c != '/' && c != '\\'; });
-}
-
-std::vector<YamlValue> list_of(const YamlValue& value, std::size_t count, const std::string& what) {
-  std::vector<YamlValue> items = value.list();
-  if (items.size() == count) return items;
-  value.problem("must hold " + what);
-  return {};
-}
-
-ImageSize read_size(const YamlValue& value) {
-  const auto items = list_of(value, 2, "two numbers, [width, height]");
-  if (items.empty()) return {};
-  return {items[0].integer(1, kLargestSide), items[1].integer(1, kLargestSide)};
 }
 
 // Where each camera's `files` stands, for what can only be checked once frames and stations are known.
@@ -69,7 +50,7 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
   if (const auto kind = map.require("kind", "camera or projector")) {
     sensor.kind = kind->one_of({"camera", "projector"}) == "camera" ? SensorKind::camera : SensorKind::projector;
   }
-  if (const auto size = map.require("size_px", "[width, height]")) sensor.size = read_size(*size);
+  sensor.size = read_size_px(map);
   if (const auto lens = map.find("lens")) {
     sensor.lens_model =
         lens->one_of({"LENSMODEL_OPENCV5", "LENSMODEL_OPENCV4", "LENSMODEL_OPENCV8", "LENSMODEL_PINHOLE"});
@@ -92,13 +73,6 @@ FilesValues read_sensors(const YamlValue& value, Capture& capture) {
   return files_values;
 }
 
-std::pair<int, int> read_inner_corners(YamlMap& map) {
-  const auto corners = map.require("inner_corners", "[columns, rows], counted where four squares meet");
-  const auto items = corners ? list_of(*corners, 2, "two numbers, [columns, rows]") : std::vector<YamlValue>{};
-  if (items.empty()) return {};
-  return {items[0].integer(3, 200), items[1].integer(3, 200)};
-}
-
 Board read_board(const YamlValue& value) {
   YamlMap map = value.map();
   Board board;
@@ -108,47 +82,6 @@ Board read_board(const YamlValue& value) {
     board.pitch_mm = pitch->positive_number();
   }
   map.finish();
-  return board;
-}
-
-StripeOrientation read_orientation(const YamlValue& value, const std::optional<ImageSize>& panel) {
-  YamlMap map = value.map();
-  StripeOrientation orientation;
-  if (const auto angle = map.require("angle_deg", "of the stripes' normal: 0 for columns, 90 for rows")) {
-    orientation.angle_rad = angle->number(-360, 360) * M_PI / 180;
-  }
-  if (const auto width = map.require("stripe_width_px", "of the finest stripes, in projector pixels")) {
-    orientation.stripe_width_px = width->positive_number();
-  }
-  if (const auto bits = map.require("bits", "the number of patterns")) orientation.bits = bits->integer(1, 16);
-  if (const auto offset = map.find("code_offset")) orientation.code_offset = offset->integer(0, 65535);
-  if (const auto inverse = map.find("inverse")) orientation.inverse = inverse->boolean();
-  map.finish();
-  if (panel) {
-    const auto sound = checked(orientation, *panel);
-    if (!sound) value.problem(sound.error().message);
-  }
-  return orientation;
-}
-
-ProjectedChessboard read_projected_chessboard(const YamlValue& value, const std::optional<ImageSize>& panel) {
-  YamlMap map = value.map();
-  ProjectedChessboard board;
-  std::tie(board.columns, board.rows) = read_inner_corners(map);
-  if (const auto first = map.require("first_corner_px", "[x, y] of the first inner corner on the panel")) {
-    const auto items = list_of(*first, 2, "two numbers, [x, y]");
-    if (!items.empty()) board.first_corner_px = {items[0].number(0, kLargestSide), items[1].number(0, kLargestSide)};
-  }
-  if (const auto pitch = map.require("pitch_px", "the distance between neighbouring corners on the panel")) {
-    board.pitch_px = pitch->positive_number();
-  }
-  map.finish();
-  const double last_x = board.first_corner_px.x() + (board.columns - 1) * board.pitch_px;
-  const double last_y = board.first_corner_px.y() + (board.rows - 1) * board.pitch_px;
-  if (panel && (last_x > panel->width_px - 1 || last_y > panel->height_px - 1)) {
-    value.problem(fmt::format("the last corner ({:g}, {:g}) lies outside the {} x {} panel", last_x, last_y,
-                              panel->width_px, panel->height_px));
-  }
   return board;
 }
 

@@ -3,14 +3,15 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <limits>
+#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "datasets/image_completeness.h"
+#include "datasets/output_folder.h"
 
 namespace crumple {
 namespace {
@@ -62,21 +63,6 @@ Expected<cv::Mat> single_channel(const cv::Mat& image, const std::string& name, 
 
 }  // namespace
 
-Expected<std::vector<unsigned char>> read_file_bytes(const std::filesystem::path& file) {
-  std::error_code failure;
-  const auto status = std::filesystem::status(file, failure);
-  if (!std::filesystem::exists(status)) return fail(fmt::format("{} does not exist", file.string()));
-  if (!std::filesystem::is_regular_file(status)) return fail(fmt::format("{} is not a file", file.string()));
-  const std::uintmax_t size = std::filesystem::file_size(file, failure);
-  if (failure) return fail(fmt::format("{} cannot be read: {}", file.string(), failure.message()));
-  if (size == 0) return fail(fmt::format("{} is empty", file.string()));
-  std::ifstream stream(file, std::ios::binary);
-  std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!stream) return fail(fmt::format("{} cannot be read: check its permissions and the disk", file.string()));
-  return bytes;
-}
-
 Expected<cv::Mat> decode_image(std::span<const unsigned char> bytes, const std::string& name, ColourEncoding colour) {
   if (bytes.size() > std::numeric_limits<int>::max()) return fail(fmt::format("{} is larger than 2 GB", name));
   if (const auto lack = what_image_lacks(bytes)) return fail(fmt::format("{} {}", name, *lack));
@@ -91,9 +77,10 @@ Expected<cv::Mat> decode_image(std::span<const unsigned char> bytes, const std::
 }
 
 Expected<cv::Mat> read_image(const std::filesystem::path& file, ColourEncoding colour) {
-  const auto bytes = read_file_bytes(file);
-  if (!bytes) return tl::unexpected(bytes.error());
-  return decode_image(*bytes, file.string(), colour);
+  const auto content = read_file(file);
+  if (!content) return tl::unexpected(content.error());
+  const auto* bytes = reinterpret_cast<const unsigned char*>(content->data());
+  return decode_image({bytes, content->size()}, file.string(), colour);
 }
 
 Expected<std::filesystem::path> write_png(const std::filesystem::path& file, const cv::Mat& image) {
@@ -105,18 +92,8 @@ Expected<std::filesystem::path> write_png(const std::filesystem::path& file, con
   } catch (const std::exception& exception) {
     return fail(fmt::format("{} cannot be encoded: {}", file.string(), exception.what()));
   }
-  const std::filesystem::path temporary = file.string() + ".part";
-  std::ofstream stream(temporary, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  std::error_code failure;
-  if (stream) std::filesystem::rename(temporary, file, failure);
-  if (!stream || failure) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    return fail(
-        fmt::format("{} cannot be written: check the folder, its permissions and the free space", file.string()));
-  }
+  const auto written = write_file(file, std::string(bytes.begin(), bytes.end()));
+  if (!written) return tl::unexpected(written.error());
   return file;
 }
 

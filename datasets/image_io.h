@@ -10,7 +10,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -32,8 +31,5 @@ Expected<cv::Mat> decode_image(std::span<const unsigned char> bytes, const std::
 
 // Grey CV_8U or CV_16U as PNG, by way of a temporary file that is renamed.
 Expected<std::filesystem::path> write_png(const std::filesystem::path& file, const cv::Mat& image);
-
-// The bytes of a file; fails where it is missing, a folder, unreadable or empty.
-Expected<std::vector<unsigned char>> read_file_bytes(const std::filesystem::path& file);
 
 }  // namespace crumple

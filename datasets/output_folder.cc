@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -158,13 +157,15 @@ Expected<void> write_file(const fs::path& file, const std::string& content) {
 
 Expected<std::string> read_file(const fs::path& file) {
   std::error_code error;
-  if (fs::is_directory(file, error)) return fail(fmt::format("{} is a folder, not a file.", file.string()));
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) return fail(fmt::format("{} does not exist.", file.string()));
+  if (!fs::is_regular_file(status)) return fail(fmt::format("{} is not a file.", file.string()));
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
-  std::ostringstream content;
-  if (stream) content << stream.rdbuf();
-  if (!stream || stream.bad()) return fail(fmt::format("{} could not be read: {}.", file.string(), reason(errno)));
-  return content.str();
+  std::string content(stream ? static_cast<std::size_t>(fs::file_size(file, error)) : 0, '\0');
+  stream.read(content.data(), static_cast<std::streamsize>(content.size()));
+  if (!stream || error) return fail(fmt::format("{} could not be read: {}.", file.string(), reason(errno)));
+  return content;
 }
 
 }  // namespace crumple

@@ -46,7 +46,7 @@ class OutputFolder {
 Expected<void> write_file(const std::filesystem::path& file, const std::function<void(std::ostream&)>& writer);
 Expected<void> write_file(const std::filesystem::path& file, const std::string& content);
 
-// Reads one whole file; fails naming it.
+// Reads one whole file; fails naming it where it is missing, no plain file or cannot be read.
 Expected<std::string> read_file(const std::filesystem::path& file);
 
 }  // namespace crumple

@@ -10,6 +10,7 @@
 #include "datasets/npy_file.h"
 #include "datasets/output_folder.h"
 #include "datasets/yaml_reader.h"
+#include "datasets/yaml_values.h"
 
 namespace crumple {
 namespace fs = std::filesystem;
@@ -22,12 +23,6 @@ constexpr double largest = 1e12;  // bounds every number of rig.yaml
 
 // Rounding between a quaternion and the rotation vector in the .cameramodel, and of a quaternion's length.
 constexpr double rounding = 1e-9;
-
-// Names become file names, and keys in YAML.
-bool is_plain_name(const std::string& name) {
-  constexpr const char* letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
-  return !name.empty() && name.size() <= 100 && name.find_first_not_of(letters) == std::string::npos;
-}
 
 std::string quoted(const std::string& text) {
   std::string result = "\"";
@@ -138,13 +133,7 @@ SensorEntry read_sensor(const YamlValue& value) {
   }
   if (const auto kind = map.require("kind", "camera or projector"))
     entry.kind = kind->one_of({"camera", "projector"}) == "camera" ? SensorKind::camera : SensorKind::projector;
-  if (const auto size = map.require("size_px", "[width, height]")) {
-    const std::vector<YamlValue> sides = size->list();
-    if (sides.size() == 2)
-      entry.size = {sides[0].integer(1, 1000000), sides[1].integer(1, 1000000)};
-    else
-      size->problem("must hold width and height");
-  }
+  entry.size = read_size_px(map);
   if (const auto model = map.require("lens_model", "such as LENSMODEL_OPENCV5")) entry.lens_model = model->text();
   if (const auto file = map.require("file", "the .cameramodel with the lens")) {
     entry.file = file->text();

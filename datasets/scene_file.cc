@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -13,6 +14,7 @@
 #include "datasets/scene_sensors.h"
 #include "datasets/scene_values.h"
 #include "datasets/yaml_reader.h"
+#include "datasets/yaml_values.h"
 
 namespace crumple {
 namespace {
@@ -35,15 +37,7 @@ Lighting read_lighting(const YamlValue& value) {
 BoardPlate read_board(const YamlValue& value) {
   YamlMap map = value.map();
   Board board;
-  if (const auto corners = map.require("inner_corners", "[columns, rows], counted where four squares meet")) {
-    const std::vector<YamlValue> items = corners->list();
-    if (items.size() == 2) {
-      board.columns = items[0].integer(3, 200);
-      board.rows = items[1].integer(3, 200);
-    } else {
-      corners->problem("must hold two numbers, [columns, rows]");
-    }
-  }
+  std::tie(board.columns, board.rows) = read_inner_corners(map);
   board.pitch_mm = required_number(map, "pitch_mm", "the distance between neighbouring corners", 0.1, largest_mm);
   if (const auto warp = map.find("warp_mm")) board.warp_mm = read_vector<2>(*warp, -10, 10);
   const double margin = number_or(map, "margin_mm", board.pitch_mm / 2, 0, largest_mm);
@@ -119,37 +113,6 @@ Panel read_panel(const YamlValue& value) {
   return {shape, paint};
 }
 
-StripeOrientation read_orientation(const YamlValue& value, ImageSize panel) {
-  YamlMap map = value.map();
-  StripeOrientation orientation;
-  orientation.angle_rad =
-      degree * required_number(map, "angle_deg", "of the stripes' normal: 0 for columns, 90 for rows", -360, 360);
-  orientation.stripe_width_px = required_number(map, "stripe_width_px", "of the finest stripes", 0.1, 1e4);
-  if (const auto bits = map.require("bits", "the number of patterns")) orientation.bits = bits->integer(1, 16);
-  if (const auto offset = map.find("code_offset")) orientation.code_offset = offset->integer(0, 65535);
-  if (const auto inverse = map.find("inverse")) orientation.inverse = inverse->boolean();
-  map.finish();
-  const auto sound = checked(orientation, panel);
-  if (!sound) value.problem(sound.error().message);
-  return orientation;
-}
-
-ProjectedChessboard read_chessboard(const YamlValue& value) {
-  YamlMap map = value.map();
-  ProjectedChessboard board;
-  if (const auto corners = map.require("inner_corners", "[columns, rows]")) {
-    const Eigen::Vector2d counts = read_vector<2>(*corners, 3, 200);
-    board.columns = static_cast<int>(counts.x());
-    board.rows = static_cast<int>(counts.y());
-  }
-  if (const auto first = map.require("first_corner_px", "[x, y] of the first inner corner on the panel")) {
-    board.first_corner_px = read_vector<2>(*first, 0, 1e5);
-  }
-  board.pitch_px = required_number(map, "pitch_px", "the distance between neighbouring corners", 1, 1e4);
-  map.finish();
-  return board;
-}
-
 void read_patterns(const YamlValue& value, Scene& scene) {
   YamlMap map = value.map();
   if (!scene.projector) return value.problem("needs a projector under `sensors`");
@@ -158,7 +121,8 @@ void read_patterns(const YamlValue& value, Scene& scene) {
       scene.orientations.push_back(read_orientation(item, scene.projector->sensor.lens.size()));
     }
   }
-  if (const auto board = map.find("chessboard")) scene.projected_chessboard = read_chessboard(*board);
+  if (const auto board = map.find("chessboard"))
+    scene.projected_chessboard = read_projected_chessboard(*board, scene.projector->sensor.lens.size());
   map.finish();
 }
 

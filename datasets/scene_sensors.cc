@@ -1,7 +1,6 @@
 #include "datasets/scene_sensors.h"
 
 #include <algorithm>
-#include <cctype>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,16 +8,12 @@
 #include <fmt/format.h>
 
 #include "datasets/scene_values.h"
+#include "datasets/yaml_values.h"
 
 namespace crumple {
 namespace {
 
 constexpr double furthest_mm = 1e5;
-
-bool is_plain_name(const std::string& name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(),
-                                      [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
-}
 
 Lens placeholder_lens() { return *Lens::undistorted("LENSMODEL_PINHOLE", {1, 1}, 1, 1, Eigen::Vector2d::Zero()); }
 

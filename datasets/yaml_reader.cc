@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
-#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "datasets/nearest_name.h"
 
 namespace crumple {
 namespace {
@@ -26,20 +26,6 @@ std::optional<Number> parsed(const std::string& digits) {
   const auto [stopped, failure] = std::from_chars(begin, end, value);
   if (failure != std::errc() || stopped != end) return {};
   return value;
-}
-
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j] + 1, diagonal + 1, substituted});
-    }
-  }
-  return row[b.size()];
 }
 
 // A name without its unit: "pitch" of "pitch_mm".
@@ -209,21 +195,15 @@ void YamlMap::finish() const {
 }
 
 std::string YamlMap::suggestion(const std::string& key) const {
-  std::string nearest;
-  std::size_t distance = std::numeric_limits<std::size_t>::max();
-  if (key.size() <= 60) {
-    for (const std::string& known : known_) {
-      const bool other_unit = stem(known) == stem(key) || stem(known) == key;
-      const std::size_t d = other_unit ? 1 : edit_distance(key, known);
-      if (d < distance && d <= std::max<std::size_t>(2, known.size() / 3)) {
-        nearest = known;
-        distance = d;
-      }
-    }
-  }
+  const auto other_unit = std::find_if(known_.begin(), known_.end(), [&](const std::string& known) {
+    return stem(known) == stem(key) || stem(known) == key;
+  });
+  // Long keys are no slips of the pen, and comparing them takes time.
+  const std::string near = key.size() <= 60 ? nearest_name(key, known_) : "";
+  const std::string& nearest = other_unit != known_.end() ? *other_unit : near;
   if (nearest.empty()) return fmt::format("; known here: {}", fmt::join(known_, ", "));
-  const bool other_unit = stem(nearest) == stem(key) && nearest != stem(nearest) && stem(key) != key;
-  return fmt::format("; did you mean `{}`?{}", nearest, other_unit ? " (The unit is part of the key.)" : "");
+  const bool unit_is_wrong = stem(nearest) == stem(key) && nearest != stem(nearest) && stem(key) != key;
+  return fmt::format("; did you mean `{}`?{}", nearest, unit_is_wrong ? " (The unit is part of the key.)" : "");
 }
 
 }  // namespace crumple

@@ -1,5 +1,5 @@
-// Independent work over a fixed number of threads. Item i is always done alone and writes only its own result, so the
-// bits do not depend on the thread count; sums over items are the caller's, in the caller's order.
+// Independent work over several threads. Each item is done alone and writes only its own result, so the bits do not
+// depend on the thread count; sums over items are the caller's, in the caller's order.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace crumple {
 
-// Calls work(0) ... work(count - 1). Item i runs on thread i mod threads; threads <= 1 runs all of them here.
-// `work` must not throw.
+// Calls work(0) ... work(count - 1), each once, in no particular order; threads <= 1 runs all of them here. `work` must
+// not throw.
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
 }  // namespace crumple

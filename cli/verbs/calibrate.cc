@@ -49,6 +49,15 @@ Rig rig_of(const Calibration& calibration) {
   return rig;
 }
 
+// What stopped the calibration, with the views it had to do without.
+std::string explained(const std::string& message, const Capture& capture, const std::vector<SkippedView>& skipped) {
+  std::string text = fmt::format("{}: {}", capture.description.string(), message);
+  for (const SkippedView& view : skipped) {
+    text += fmt::format("\nleft out: station {}, {}: {}", view.station, view.sensor, view.reason);
+  }
+  return text;
+}
+
 Expected<VerbResult> run(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
   const auto options = options_from_flags();
@@ -60,7 +69,7 @@ Expected<VerbResult> run(const VerbContext& context) {
   const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), thread_count());
   if (!input) return tl::unexpected(input.error());
   const auto calibration = calibrate(input->data, *options);
-  if (!calibration) return tl::unexpected(calibration.error());
+  if (!calibration) return fail(explained(calibration.error().message, *capture, input->skipped));
   const Verdict verdict = judge(*calibration);
 
   VerbResult result;

@@ -5,6 +5,7 @@
 #include <gflags/gflags.h>
 
 #include "cli/flags.h"
+#include "cli/sentence.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/check_capture.h"
 
@@ -14,7 +15,7 @@ namespace {
 nlohmann::json as_json(const Finding& finding) {
   return {{"severity", finding.severity == Severity::error ? "error" : "warning"},
           {"where", finding.where},
-          {"sentence", finding.sentence}};
+          {"sentence", as_sentences(finding.sentence)}};
 }
 
 std::size_t count(const std::vector<Finding>& findings, Severity severity) {
@@ -37,7 +38,7 @@ Expected<VerbResult> run(const VerbContext& context) {
                      {"findings", nlohmann::json::array()}};
   for (const Finding& finding : findings) {
     const char* const severity = finding.severity == Severity::error ? "error" : "warning";
-    result.text += fmt::format("{}: {}: {}\n", severity, finding.where, finding.sentence);
+    result.text += fmt::format("{}: {}: {}\n", severity, finding.where, as_sentences(finding.sentence));
     result.document["findings"].push_back(as_json(finding));
   }
   result.text += fmt::format("{} stations, errors: {}, warnings: {}\n", capture->stations.size(), errors, warnings);
@@ -56,7 +57,7 @@ Verb check_verb() {
               "images. Exit code 3 where there is an error; warnings alone leave it at 0.",
           .example =
               "$ crumple check campaign/capture.yaml\n"
-              "error: station 3, camera left: campaign/left/3_07.png does not exist\n"
+              "error: station 3, camera left: campaign/left/3_07.png does not exist.\n"
               "12 stations, errors: 1, warnings: 0\n",
           .min_inputs = 1,
           .max_inputs = 1,

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "datasets/render/parallel.h"
 #include "datasets/render/sensor.h"
 #include "datasets/render/transport.h"
+#include "solvers/parallel.h"
 
 namespace crumple {
 namespace {
@@ -58,12 +58,11 @@ Expected<void> Renderer::render_station(std::size_t station, const FrameSink& si
   std::mutex outcome_mutex;
   for (std::size_t camera = 0; camera < scene_.cameras.size(); ++camera) {
     const Transport transport = prepared_->transport(scene_, station, camera, threads_);
-    parallel_for(static_cast<int>(scene_.frames.size()), threads_, [&](int i) {
+    parallel_for(scene_.frames.size(), threads_, [&](std::size_t frame) {
       {
         const std::lock_guard lock(outcome_mutex);
         if (!outcome) return;
       }
-      const auto frame = static_cast<std::size_t>(i);
       const cv::Mat shown = projector_image(scene_, scene_.frames[frame]);
       const cv::Mat1f light =
           transport.radiance(shown.empty() ? cv::Mat1f() : emission(scene_.projector->emitter, shown));
@@ -94,7 +93,8 @@ TrueGeometry Renderer::true_geometry(std::size_t station, std::size_t camera) co
   const ImageSize size = sensor.lens.size();
   TrueGeometry truth{cv::Mat1d(size.height_px, size.width_px, none),
                      cv::Mat2d(size.height_px, size.width_px, cv::Vec2d(none, none))};
-  parallel_for(size.height_px, threads_, [&](int y) {
+  parallel_for(static_cast<std::size_t>(size.height_px), threads_, [&](std::size_t row) {
+    const int y = static_cast<int>(row);
     for (int x = 0; x < size.width_px; ++x) {
       const auto ray = prepared_->cameras[camera].rays.at(x, y);
       if (!ray) continue;

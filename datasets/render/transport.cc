@@ -8,7 +8,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "datasets/render/parallel.h"
+#include "solvers/parallel.h"
 
 namespace crumple {
 namespace {
@@ -260,9 +260,9 @@ Transport Transport::trace(const PreparedCamera& camera, const PreparedProjector
   Transport transport;
   transport.size_ = size;
   transport.rows_.resize(static_cast<std::size_t>(size.height_px));
-  parallel_for(size.height_px, settings.threads, [&](int y) {
-    transport.rows_[static_cast<std::size_t>(y)] =
-        RowTracer(camera, projector, tracer, probe_from_surface, settings)(y, size.width_px);
+  parallel_for(transport.rows_.size(), settings.threads, [&](std::size_t y) {
+    transport.rows_[y] =
+        RowTracer(camera, projector, tracer, probe_from_surface, settings)(static_cast<int>(y), size.width_px);
   });
   return transport;
 }

@@ -6,7 +6,8 @@
 // (section 3.1). The skew is held at zero by the further equation b2 = 0 (section 3.1, n = 2), which keeps the start
 // sound when tilts are few. The principal point is free, so a projector's offset lens is no special case.
 //
-// Degenerate where the homographies' planes are all parallel (section 4): that is measured, and refused.
+// Degenerate where the homographies' planes are all parallel (section 4): that is measured, by the second smallest
+// singular value of the equations, and refused, under the noise of real corners too.
 #pragma once
 
 #include <vector>

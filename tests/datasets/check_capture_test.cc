@@ -16,7 +16,7 @@
 #include "datasets/sequence_check.h"
 #include "tests/datasets/public_data.h"
 #include "tests/datasets/synthetic_frames.h"
-#include "tests/datasets/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace crumple {
 namespace {

@@ -105,8 +105,8 @@ TEST(WriteFile, ReplacesAWholeFile) {
 
 TEST(ReadFile, NamesWhatIsMissing) {
   const TemporaryFolder home;
-  EXPECT_THAT(read_file(home / "none").error().message, HasSubstr("No such file"));
-  EXPECT_THAT(read_file(home.path()).error().message, HasSubstr("folder"));
+  EXPECT_THAT(read_file(home / "none").error().message, HasSubstr("none does not exist"));
+  EXPECT_THAT(read_file(home.path()).error().message, HasSubstr("is not a file"));
   write_content(home / "empty", "");
   EXPECT_EQ(read_file(home / "empty").value(), "");
 }

@@ -1,3 +1,5 @@
+#include <random>
+
 #include <gtest/gtest.h>
 
 #include "solvers/closed_form/homography.h"
@@ -73,6 +75,52 @@ TEST(Zhang, RefusesParallelPlacements) {
   const auto answer = zhang_intrinsics(parallel);
   ASSERT_FALSE(answer);
   EXPECT_NE(answer.error().message.find("parallel"), std::string::npos);
+}
+
+// Shifts, turns about the common normal, noise and a lens that bends: nothing of which is a tilt.
+std::vector<Eigen::Matrix3d> homographies_at(const std::vector<Eigen::Vector3d>& tilts, double sigma_px,
+                                             unsigned seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal(0, sigma_px);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<Eigen::Matrix3d> homographies;
+  for (const Eigen::Vector3d& tilt : tilts) {
+    const double z = 800 * (1 + 0.2 * uniform(generator));
+    Pose pose{rotation_from_vector(tilt) * rotation_from_vector({0, 0, 0.5 * uniform(generator)}),
+              {60 * uniform(generator), 50 * uniform(generator), z}};
+    Points2d plane, pixels;
+    for (int i = 0; i < 54; ++i) {
+      plane.emplace_back(40 * (i % 9 - 4), 40 * (i / 9 - 2.5));
+      const Eigen::Vector2d x = (pose * Eigen::Vector3d(plane.back().x(), plane.back().y(), 0)).hnormalized();
+      const Eigen::Vector2d noise(normal(generator), normal(generator));
+      pixels.emplace_back(1400 * (1 - 0.1 * x.squaredNorm()) * x + Eigen::Vector2d(515, 380) + noise);
+    }
+    homographies.push_back(homography(plane, pixels).value());
+  }
+  return homographies;
+}
+
+TEST(Zhang, RefusesParallelPlacementsUnderNoise) {
+  for (const double tilt : {0.0, 0.2, 0.5}) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      const std::vector<Eigen::Vector3d> tilts(3 + seed % 5, Eigen::Vector3d(tilt, 0, 0));
+      const auto answer = zhang_intrinsics(homographies_at(tilts, 0.1, seed));
+      ASSERT_FALSE(answer) << "tilt " << tilt << ", seed " << seed;
+      EXPECT_NE(answer.error().message.find("parallel"), std::string::npos);
+    }
+  }
+}
+
+TEST(Zhang, AcceptsSmallTiltsUnderNoise) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::vector<Eigen::Vector3d> tilts;
+    for (unsigned i = 0; i < 3 + seed % 5; ++i) {
+      tilts.emplace_back(0.2 * std::cos(2.4 * i), 0.2 * std::sin(2.4 * i), 0);
+    }
+    const auto answer = zhang_intrinsics(homographies_at(tilts, 0.1, seed));
+    ASSERT_TRUE(answer) << answer.error().message;
+    EXPECT_NEAR(answer->focal_x_px, 1400, 140);
+  }
 }
 
 TEST(Resection, RecoversAProjectorWithAnOffsetLens) {
