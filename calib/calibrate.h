@@ -27,7 +27,7 @@ enum class WarpChoice { off, on, automatic };
 
 struct CalibrationOptions {
   WarpChoice warp = WarpChoice::automatic;
-  BundleOptions bundle;
+  BundleOptions bundle = {};
 };
 
 struct Calibration {

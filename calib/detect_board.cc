@@ -102,15 +102,17 @@ Expected<int> start_along(int found, int all, bool first_end_in_image, bool last
   return first_end_in_image ? 0 : all - found;
 }
 
-bool inside(const cv::Mat& image, const Eigen::Vector2d& pixel) {
-  return pixel.x() > 0 && pixel.y() > 0 && pixel.x() < image.cols - 1 && pixel.y() < image.rows - 1;
+bool inside(const cv::Mat& image, const Eigen::Vector2d& pixel, double margin_px) {
+  return pixel.x() > margin_px && pixel.y() > margin_px && pixel.x() < image.cols - 1 - margin_px &&
+         pixel.y() < image.rows - 1 - margin_px;
 }
 
-// Whether the corners one step beyond an end, extrapolated, all lie in the image.
+// Whether the corners one step beyond an end, extrapolated, all lie in the image, with the half square about them that
+// the detector needs to see.
 template <typename Beyond>
-bool all_inside(const cv::Mat& image, int count, const Beyond& beyond) {
+bool all_inside(const cv::Mat& image, int count, double margin_px, const Beyond& beyond) {
   for (int i = 0; i < count; ++i) {
-    if (!inside(image, beyond(i))) return false;
+    if (!inside(image, beyond(i), margin_px)) return false;
   }
   return true;
 }
@@ -122,16 +124,17 @@ struct Start {
 
 Expected<Start> start_of(const cv::Mat& image8, const Grid& grid, int columns, int rows) {
   const int last_column = grid.columns - 1, last_row = grid.rows - 1;
+  const double margin_px = 0.5 * std::max(mean_step_x(grid).norm(), mean_step_y(grid).norm());
   const auto beyond = [&](int row, int column, int inner_row, int inner_column) {
     return Eigen::Vector2d(2 * grid.at(row, column) - grid.at(inner_row, inner_column));
   };
-  const auto column =
-      start_along(grid.columns, columns, all_inside(image8, grid.rows, [&](int i) { return beyond(i, 0, i, 1); }),
-                  all_inside(image8, grid.rows, [&](int i) { return beyond(i, last_column, i, last_column - 1); }));
+  const auto column = start_along(
+      grid.columns, columns, all_inside(image8, grid.rows, margin_px, [&](int i) { return beyond(i, 0, i, 1); }),
+      all_inside(image8, grid.rows, margin_px, [&](int i) { return beyond(i, last_column, i, last_column - 1); }));
   if (!column) return tl::unexpected(column.error());
-  const auto row =
-      start_along(grid.rows, rows, all_inside(image8, grid.columns, [&](int i) { return beyond(0, i, 1, i); }),
-                  all_inside(image8, grid.columns, [&](int i) { return beyond(last_row, i, last_row - 1, i); }));
+  const auto row = start_along(
+      grid.rows, rows, all_inside(image8, grid.columns, margin_px, [&](int i) { return beyond(0, i, 1, i); }),
+      all_inside(image8, grid.columns, margin_px, [&](int i) { return beyond(last_row, i, last_row - 1, i); }));
   if (!row) return tl::unexpected(row.error());
   return Start{*column, *row};
 }

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kBadViewRatio = 2.5;
 constexpr double kBadViewOutliers = 0.25;
+constexpr double kGrossViewRatio = 4;
 constexpr double kGroupOutliers = 0.05;
 constexpr std::size_t kFewPlacements = 5;
 constexpr double kSmallTilt_rad = 20 * std::numbers::pi / 180;
@@ -30,7 +31,9 @@ void judge_views(const Calibration& calibration, std::vector<std::string>& reaso
     const double expected = group.sigma_px * (view.kind == View::Kind::stripes ? 1 : std::numbers::sqrt2);
     const auto left_out = std::count(view.inlier.begin(), view.inlier.end(), 0);
     const double share = static_cast<double>(left_out) / static_cast<double>(view.inlier.size());
-    if (view.rms_px <= kBadViewRatio * expected && share <= kBadViewOutliers) continue;
+    // Stripes may hold gross decoding errors that the gate takes care of; corners that far off mean a wrong detection.
+    const bool gross = view.kind != View::Kind::stripes && view.rms_all_px > kGrossViewRatio * expected;
+    if (view.rms_px <= kBadViewRatio * expected && share <= kBadViewOutliers && !gross) continue;
     reasons.push_back(
         fmt::format("station {} is bad in {}: RMS {:.2f} px where {:.2f} px is usual, {:.0f} % of its {} left out; "
                     "look at the image, "

@@ -1,9 +1,10 @@
 // Is a calibration to be trusted? A verdict with reasons a person can act on.
 //
-// suspect where: a view's own residuals are more than 2.5 times its group's sigma, or more than a quarter of its
-// observations were outliers; a group lost more than 5 % of its observations, or was too small for a sigma of its own;
-// fewer than five placements, or tilts that span less than 20 degrees; a focal length less certain than 1 %; an
-// information matrix with a condition above 1e9 (then the weakest direction is named).
+// suspect where: a view's accepted residuals are more than 2.5 times what its group's sigma leads to expect, or more
+// than a quarter of its observations were outliers, or (corners and features) all its residuals together are more than
+// 4 times that; a group lost more than 5 % of its observations, or was too small for a sigma of its own; fewer than
+// five placements, or tilts that span less than 20 degrees; a focal length less certain than 1 %; an information matrix
+// with a condition above 1e9 (then the weakest direction is named).
 #pragma once
 
 #include <string>

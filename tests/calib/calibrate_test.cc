@@ -1,0 +1,131 @@
+#include "calib/calibrate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/correlation.h"
+#include "calib/verdict.h"
+#include "tests/solvers/synthetic.h"
+
+namespace crumple {
+namespace {
+
+CalibrationData data_of(const Synthetic& made) {
+  CalibrationData data;
+  for (const Sensor& sensor : made.truth.rig.sensors) {
+    data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model()});
+  }
+  data.board = made.truth.board;
+  data.board.warp_mm.setZero();
+  data.observations = made.observations;
+  for (std::size_t p = 0; p < made.observations.placement_count; ++p) {
+    data.placement_names.push_back("p" + std::to_string(p));
+    const FeatureView& features = made.observations.features[p];
+    data.pairs.push_back({0, 1, p, features.camera_pixels, features.projector_pixels});
+  }
+  return data;
+}
+
+double worst_relative_error(const Rig& found, const Rig& truth) {
+  double worst = 0;
+  for (std::size_t s = 0; s < truth.sensors.size(); ++s) {
+    const auto& a = found.sensors[s].lens.parameters();
+    const auto& b = truth.sensors[s].lens.parameters();
+    for (std::size_t i = 0; i < b.size(); ++i)
+      worst = std::max(worst, std::abs(a[i] - b[i]) / std::max(1.0, std::abs(b[i])));
+    worst = std::max(worst,
+                     local_step(truth.sensors[s].sensor_from_probe, found.sensors[s].sensor_from_probe).norm() / 250);
+  }
+  return worst;
+}
+
+// From nothing but observations, through the closed forms, with an offset projector lens.
+TEST(Calibrate, RecoversTheRigFromNoiseFreeObservations) {
+  const Synthetic made = make_synthetic({.warp_mm = {0.4, -0.3}});
+  const auto found = calibrate(data_of(made), {.warp = WarpChoice::on});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_LT(worst_relative_error(found->bundle.state.rig, made.truth.rig), 1e-6);
+}
+
+TEST(Calibrate, RecoversTheRigFromProjectedFeaturesAlone) {
+  const Synthetic made = make_synthetic({});
+  CalibrationData data = data_of(made);
+  data.observations.stripes.clear();
+  const auto found = calibrate(data, {.warp = WarpChoice::off});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_LT(worst_relative_error(found->bundle.state.rig, made.truth.rig), 1e-6);
+}
+
+TEST(Calibrate, WarpHasToEarnItsPlace) {
+  const SyntheticOptions flat{.corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1, .seed = 11};
+  SyntheticOptions bent = flat;
+  bent.warp_mm = {0.5, 0.2};
+  EXPECT_FALSE(calibrate(data_of(make_synthetic(flat)), {})->warp_estimated);
+  EXPECT_TRUE(calibrate(data_of(make_synthetic(bent)), {})->warp_estimated);
+}
+
+TEST(Calibrate, NamesWhatIsMissing) {
+  const Synthetic made = make_synthetic({.placements = 2});
+  const auto few = calibrate(data_of(made), {});
+  ASSERT_FALSE(few);
+  EXPECT_THAT(few.error().message, testing::HasSubstr("cam0 sees the board in 2 placements"));
+
+  Synthetic parallel = make_synthetic({.placements = 5});
+  for (std::size_t p = 0; p < 5; ++p) {
+    Pose& pose = parallel.truth.probe_from_board[p];
+    pose = {Eigen::Quaterniond::Identity(),
+            {-160.0 + 12.0 * static_cast<double>(p), -120, 750.0 + 30.0 * static_cast<double>(p)}};
+    CornerView& view = parallel.observations.corners[p];
+    for (std::size_t i = 0; i < view.corners.size(); ++i) {
+      view.pixels[i] = parallel.truth.rig.sensors[0].lens.project(pose * parallel.truth.board.corner(view.corners[i]));
+    }
+  }
+  const auto flat = calibrate(data_of(parallel), {});
+  ASSERT_FALSE(flat);
+  EXPECT_THAT(flat.error().message, testing::HasSubstr("focal length cannot be told"));
+}
+
+TEST(Correlation, IndependentReadingsCountForThemselves) {
+  const Synthetic made =
+      make_synthetic({.placements = 12, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
+  const auto bundle = refine(made.truth, made.observations, {});
+  ASSERT_TRUE(bundle);
+  EXPECT_LT(stripe_inflation(made.observations.stripes, *bundle), 1.5);
+}
+
+TEST(Correlation, ReadingsThatErrTogetherCountAsFew) {
+  Synthetic made =
+      make_synthetic({.placements = 12, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.02, .feature_sigma_px = 0.1});
+  for (StripeView& view : made.observations.stripes) {
+    for (std::size_t i = 0; i < view.coordinates_px.size(); ++i) {
+      view.coordinates_px[i] +=
+          0.08 * std::sin(view.camera_pixels[i].x() / 50) * std::cos(view.camera_pixels[i].y() / 50);
+    }
+  }
+  const auto bundle = refine(made.truth, made.observations, {});
+  ASSERT_TRUE(bundle);
+  EXPECT_GT(stripe_inflation(made.observations.stripes, *bundle), 2);
+}
+
+TEST(Verdict, NamesABadViewAndFewPlacements) {
+  Synthetic made =
+      make_synthetic({.placements = 4, .corner_sigma_px = 0.05, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.05});
+  for (std::size_t i = 0; i < 63; i += 2) made.observations.corners[2].pixels[i].x() += 1.5;
+  const auto calibration = calibrate(data_of(made), {});
+  ASSERT_TRUE(calibration) << calibration.error().message;
+  const Verdict verdict = judge(*calibration);
+  EXPECT_FALSE(verdict.ok);
+  EXPECT_THAT(verdict.reasons, testing::Contains(testing::HasSubstr("station p2 is bad in cam0")));
+  EXPECT_THAT(verdict.reasons, testing::Contains(testing::HasSubstr("only 4 board placements")));
+}
+
+TEST(Verdict, AGoodCampaignIsOk) {
+  const Synthetic made =
+      make_synthetic({.placements = 10, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
+  const auto calibration = calibrate(data_of(made), {});
+  ASSERT_TRUE(calibration);
+  EXPECT_THAT(judge(*calibration).reasons, testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace crumple

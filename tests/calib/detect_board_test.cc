@@ -1,0 +1,121 @@
+#include "calib/detect_board.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/flatten_lighting.h"
+
+namespace crumple {
+namespace {
+
+constexpr int kSquare = 60;  // px of the drawing
+
+// A board drawn large: corner 0 at (margin, margin); the square outside corner 0 is dark.
+cv::Mat drawing(int columns, int rows) {
+  const int margin = 2 * kSquare;
+  cv::Mat image((rows - 1) * kSquare + 2 * margin, (columns - 1) * kSquare + 2 * margin, CV_8U, cv::Scalar(220));
+  for (int row = -1; row < rows; ++row) {
+    for (int column = -1; column < columns; ++column) {
+      if ((row + column) % 2 != 0) continue;
+      const cv::Rect square(margin + column * kSquare, margin + row * kSquare, kSquare, kSquare);
+      cv::rectangle(image, square, cv::Scalar(30), cv::FILLED);
+    }
+  }
+  return image;
+}
+
+struct Placed {
+  cv::Mat image;
+  cv::Matx33d image_from_drawing;
+};
+
+Placed place(const cv::Mat& board, double angle_rad, double scale, cv::Point2d shift, cv::Size size) {
+  const double c = scale * std::cos(angle_rad), s = scale * std::sin(angle_rad);
+  const cv::Point2d centre(board.cols / 2.0, board.rows / 2.0);
+  cv::Matx33d m(c, -s, size.width / 2.0 + shift.x - c * centre.x + s * centre.y,  //
+                s, c, size.height / 2.0 + shift.y - s * centre.x - c * centre.y,  //
+                1e-4, -5e-5, 1);
+  Placed placed{{}, m};
+  cv::Mat large;
+  const cv::Matx33d up(3, 0, 1, 0, 3, 1, 0, 0, 1);  // three samples a pixel each way, averaged below
+  cv::warpPerspective(board, large, up * m, size * 3, cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(220));
+  cv::resize(large, placed.image, size, 0, 0, cv::INTER_AREA);
+  return placed;
+}
+
+Eigen::Vector2d true_pixel(const Placed& placed, int column, int row) {
+  // The squares' borders lie half a pixel before the first filled one.
+  const cv::Vec3d p = placed.image_from_drawing * cv::Vec3d((column + 2) * kSquare - 0.5, (row + 2) * kSquare - 0.5, 1);
+  return {p[0] / p[2], p[1] / p[2]};
+}
+
+double worst_error(const Placed& placed, const DetectedBoard& found, int columns) {
+  double worst = 0;
+  for (std::size_t i = 0; i < found.corners.size(); ++i) {
+    const Eigen::Vector2d truth = true_pixel(placed, found.corners[i] % columns, found.corners[i] / columns);
+    worst = std::max(worst, (found.pixels[i] - truth).norm());
+  }
+  return worst;
+}
+
+TEST(DetectBoard, FindsABoardThatTellsItsEndsApartAtAnyTurn) {
+  for (const double angle_deg : {0.0, 40.0, 95.0, 180.0, 250.0}) {
+    const Placed placed = place(drawing(9, 6), angle_deg * M_PI / 180, 0.6, {5, -8}, {800, 700});
+    const auto found = detect_board(placed.image, {9, 6, 25});
+    ASSERT_TRUE(found) << angle_deg << ": " << found.error().message;
+    EXPECT_EQ(found->corners.size(), 54U);
+    EXPECT_TRUE(found->even_lighting);
+    EXPECT_LT(worst_error(placed, *found, 9), 0.1) << angle_deg;
+  }
+}
+
+TEST(DetectBoard, ASymmetricPrintIsReadWithXToTheRight) {
+  for (const double angle_deg : {0.0, 180.0, 30.0}) {
+    const auto found =
+        detect_board(place(drawing(9, 7), angle_deg * M_PI / 180, 0.6, {0, 0}, {800, 700}).image, {9, 7, 25});
+    ASSERT_TRUE(found);
+    EXPECT_GT(found->pixels[8].x(), found->pixels[0].x());
+  }
+}
+
+TEST(DetectBoard, PlacesAPartialBoardByItsVisibleEnd) {
+  for (const double shift : {-170.0, 170.0}) {
+    const Placed placed = place(drawing(9, 6), 0.05, 0.75, {shift, 0}, {500, 480});
+    const auto found = detect_board(placed.image, {9, 6, 25});
+    ASSERT_TRUE(found) << shift << ": " << found.error().message;
+    EXPECT_LT(found->corners.size(), 54U);
+    EXPECT_LT(worst_error(placed, *found, 9), 0.15) << shift;
+  }
+}
+
+TEST(DetectBoard, RefusesWhatIsAmbiguous) {
+  // Both ends of the rows lie outside the image.
+  const auto cut = detect_board(place(drawing(13, 6), 0, 0.9, {0, 0}, {460, 480}).image, {13, 6, 25});
+  ASSERT_FALSE(cut);
+  EXPECT_NE(cut.error().message.find("cannot be told"), std::string::npos) << cut.error().message;
+  EXPECT_FALSE(detect_board(drawing(6, 6), {6, 6, 25}));
+  EXPECT_FALSE(detect_board(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), {9, 6, 25}));
+}
+
+TEST(FlattenLighting, TakesTheGradientsBiasOut) {
+  const Placed placed = place(drawing(9, 6), 0.1, 0.6, {0, 0}, {800, 700});
+  cv::Mat lit(placed.image.size(), CV_16U);
+  for (int y = 0; y < lit.rows; ++y) {
+    for (int x = 0; x < lit.cols; ++x) {
+      const double light = 40 + 160 * std::exp(-0.5 * std::pow((x - 750.0) / 300, 2));
+      lit.at<std::uint16_t>(y, x) = cv::saturate_cast<std::uint16_t>(placed.image.at<std::uint8_t>(y, x) * light);
+    }
+  }
+  const auto found = detect_board(lit, {9, 6, 25});
+  ASSERT_TRUE(found) << found.error().message;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < found->corners.size(); ++i) {
+    mean += (found->pixels[i] - true_pixel(placed, found->corners[i] % 9, found->corners[i] / 9)) / 54.0;
+  }
+  EXPECT_LT(mean.norm(), 0.03);
+}
+
+}  // namespace
+}  // namespace crumple
