@@ -3,7 +3,8 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <fmt/format.h>
+
+#include "calib/correlation.h"
 
 namespace crumple {
 namespace {
@@ -34,6 +35,28 @@ double wald_statistic(const BundleResult& bundle) {
   return warp.dot(covariance.llt().solve(warp));
 }
 
+// The final refinement, with the board bent or flat as was chosen or as is significant.
+Expected<Calibration> refine_shape(const CalibrationState& start, const Observations& observations, WarpChoice warp,
+                                   BundleOptions options) {
+  double statistic = 0;
+  if (warp != WarpChoice::off) {
+    options.estimate_warp = true;
+    auto bent = refine(start, observations, options);
+    // A board whose warp cannot be told from the lens is taken as flat unless the warp was asked for.
+    if (!bent && warp == WarpChoice::on) return tl::unexpected(bent.error());
+    statistic = bent ? wald_statistic(*bent) : 0;
+    if (warp == WarpChoice::on || statistic > kSignificantWarp) {
+      return Calibration{{}, start, std::move(*bent), true, statistic, options.stripe_inflation};
+    }
+  }
+  CalibrationState flat_start = start;
+  flat_start.board.warp_mm.setZero();
+  options.estimate_warp = false;
+  auto flat = refine(flat_start, observations, options);
+  if (!flat) return tl::unexpected(flat.error());
+  return Calibration{{}, start, std::move(*flat), false, statistic, options.stripe_inflation};
+}
+
 template <typename V>
 std::vector<V> without(const std::vector<V>& views, std::size_t placement) {
   std::vector<V> kept;
@@ -56,22 +79,19 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (!start) return tl::unexpected(start.error());
   if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
 
-  if (options.warp != WarpChoice::off) {
-    bundle_options.estimate_warp = true;
-    auto bent = refine(*start, data.observations, bundle_options);
-    // A board whose warp cannot be told from the lens is taken as flat unless the warp was asked for.
-    if (!bent && options.warp == WarpChoice::on) return tl::unexpected(bent.error());
-    if (bent) {
-      const double statistic = wald_statistic(*bent);
-      if (options.warp == WarpChoice::on || statistic > kSignificantWarp) {
-        return Calibration{data.placement_names, *start, std::move(*bent), true, statistic};
-      }
-    }
+  CalibrationState refined_start = *start;
+  if (!data.observations.stripes.empty()) {
+    bundle_options.estimate_warp = options.warp != WarpChoice::off;
+    auto independent = refine(*start, data.observations, bundle_options);
+    if (!independent) return tl::unexpected(independent.error());
+    bundle_options.stripe_inflation = stripe_inflation(data.observations.stripes, *independent);
+    refined_start = std::move(independent->state);
   }
-  bundle_options.estimate_warp = false;
-  auto flat = refine(*start, data.observations, bundle_options);
-  if (!flat) return tl::unexpected(flat.error());
-  return Calibration{data.placement_names, *start, std::move(*flat), false, 0};
+  auto calibration = refine_shape(refined_start, data.observations, options.warp, bundle_options);
+  if (!calibration) return calibration;
+  calibration->placement_names = data.placement_names;
+  calibration->start = *start;
+  return calibration;
 }
 
 CalibrationData without_placement(const CalibrationData& data, std::size_t placement) {

@@ -1,4 +1,7 @@
 // From observations to a calibrated rig: closed-form start, then the joint refinement.
+//
+// Stripe readings are refined twice: once as if they were independent, which shows how their residuals are correlated
+// (calib/correlation.h), and once weighted by their effective number.
 #pragma once
 
 #include <string>
@@ -32,7 +35,8 @@ struct Calibration {
   CalibrationState start;  // the closed forms
   BundleResult bundle;
   bool warp_estimated = false;
-  double warp_statistic = 0;  // where it was tried
+  double warp_statistic = 0;    // where it was tried
+  double stripe_inflation = 1;  // stripe readings that count as one (calib/correlation.h)
 };
 
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options);

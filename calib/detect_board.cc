@@ -8,6 +8,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/flatten_lighting.h"
+
 namespace crumple {
 namespace {
 
@@ -191,8 +193,11 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   constexpr int kExhaustive = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_EXHAUSTIVE;
   constexpr int kNormalised = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_NORMALIZE_IMAGE;
   try {
-    auto grid = find_grid(image8, columns, rows, kExhaustive);
-    if (!grid) grid = find_grid(image8, columns, rows, kNormalised);
+    const auto find = [&](const cv::Mat& from, int wide, int high) {
+      const auto found = find_grid(from, wide, high, kExhaustive);
+      return found ? found : find_grid(from, wide, high, kNormalised);
+    };
+    auto grid = find(image8, columns, rows);
     if (!grid) grid = find_grid(image8, kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER);
     if (!grid) return fail(fmt::format("no chessboard with {} x {} inner corners found", columns, rows));
     const auto upright = aligned(*grid, columns, rows);
@@ -200,7 +205,12 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
       return fail(fmt::format("a grid of {} x {} corners was found where the board has {} x {}", grid->columns,
                               grid->rows, columns, rows));
     }
-    return place(image8, *upright, columns, rows);
+    const auto even = find(flatten_lighting(image, upright->pixels, upright->columns, upright->rows), upright->columns,
+                           upright->rows);
+    const auto even_upright = even ? aligned(*even, columns, rows) : std::nullopt;
+    auto board = place(image8, even_upright ? *even_upright : *upright, columns, rows);
+    if (board) board->even_lighting = even_upright.has_value();
+    return board;
   } catch (const cv::Exception& error) {
     return fail(fmt::format("the chessboard detector failed: {}", error.err));
   }

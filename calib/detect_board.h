@@ -23,6 +23,9 @@ namespace crumple {
 struct DetectedBoard {
   std::vector<int> corners;             // Board::corner indices, ascending
   std::vector<Eigen::Vector2d> pixels;  // centres of pixels are integers
+  // Whether the corners were found again with the lighting divided out (calib/flatten_lighting.h). Where they were not,
+  // a brightness gradient may have moved them all by some hundredths of a pixel.
+  bool even_lighting = false;
   bool complete(const Board& board) const { return static_cast<int>(corners.size()) == board.corner_count(); }
 };
 

@@ -132,6 +132,10 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
       input.skipped.push_back({sight.station, name, sight.reason, false});
       continue;
     }
+    if (!sight.board->even_lighting) {
+      log_warning(fmt::format("station {}, {}: the lighting could not be evened out; its corners may be biased",
+                              sight.station, name));
+    }
     const auto [placement, is_new] = placements.try_emplace(sight.station, input.data.placement_names.size());
     if (is_new) input.data.placement_names.push_back(sight.station);
     input.data.observations.corners.push_back(

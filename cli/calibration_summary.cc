@@ -102,6 +102,7 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
                {"sensors", json::object()},
                {"views", views_json(calibration)},
                {"skipped", json::array()},
+               {"stripe_inflation", calibration.stripe_inflation},
                {"scale_uncertainty", "unknown: the board has no certificate"},
                {"condition", calibration.bundle.covariance.condition()},
                {"weakest_direction", calibration.bundle.covariance.weakest_direction()}};
@@ -147,6 +148,9 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
     const Eigen::Vector3d r = rotation_vector(sensor.sensor_from_probe.rotation) * 180 / std::numbers::pi;
     text += fmt::format("  from probe: rotation vector {:.4f} {:.4f} {:.4f} deg, translation {:.3f} {:.3f} {:.3f} mm\n",
                         r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
+  }
+  if (calibration.stripe_inflation > 1) {
+    text += fmt::format("stripe readings: {:.1f} correlated ones count as one\n", calibration.stripe_inflation);
   }
   const Eigen::Vector2d warp = bundle.state.board.warp_mm;
   text += calibration.warp_estimated ? fmt::format("board warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", warp.x(),

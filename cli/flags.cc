@@ -16,6 +16,8 @@ DEFINE_bool(overwrite, false, "replace the output folder, if it is one that Crum
 DEFINE_bool(json, false, "print one JSON document instead of text");
 DEFINE_string(images, "", "folder with the capture's images; empty: the one the description names, or its own");
 DEFINE_int32(threads, 0, "threads to compute with; 0: as many as there are processors; the result is the same");
+DEFINE_string(stations, "", "ids of the stations to take, comma-separated; empty: see above");
+DEFINE_string(truth, "", "the truth folder of a simulated capture; adds how far the result is from it");
 
 namespace crumple {
 namespace {

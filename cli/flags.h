@@ -22,6 +22,8 @@ DECLARE_bool(overwrite);
 DECLARE_bool(json);
 DECLARE_string(images);
 DECLARE_int32(threads);
+DECLARE_string(stations);
+DECLARE_string(truth);
 
 namespace crumple {
 

@@ -69,11 +69,11 @@ void set_sigmas(const Views& views, const std::map<GroupKey, double>& sigmas, st
 // What one linearisation tells of each view: its whitened evaluation and the hat matrix block of each observation.
 struct Linearisation {
   std::vector<ViewEvaluation> raw;                 // residuals only are read after this
-  std::vector<std::vector<Eigen::Matrix2d>> hats;  // J C J' / sigma^2, top-left d x d used
+  std::vector<std::vector<Eigen::Matrix2d>> hats;  // J C J' / variance, top-left d x d used
   JointCovariance covariance;
 };
 
-std::vector<Eigen::Matrix2d> hat_blocks(const View& view, const ViewEvaluation& evaluation, double sigma_px,
+std::vector<Eigen::Matrix2d> hat_blocks(const View& view, const ViewEvaluation& evaluation, double variance_px2,
                                         const JointCovariance& covariance, const CalibrationState& state) {
   const Eigen::MatrixXd cov = covariance.of(view.blocks(), state);
   RowMajorMatrix jacobian(evaluation.residuals.size(), cov.cols());
@@ -87,7 +87,7 @@ std::vector<Eigen::Matrix2d> hat_blocks(const View& view, const ViewEvaluation& 
   std::vector<Eigen::Matrix2d> hats(static_cast<std::size_t>(view.size()), Eigen::Matrix2d::Zero());
   for (int i = 0; i < view.size(); ++i) {
     hats[static_cast<std::size_t>(i)].topLeftCorner(d, d) =
-        projected.middleRows(d * i, d) * jacobian.middleRows(d * i, d).transpose() / (sigma_px * sigma_px);
+        projected.middleRows(d * i, d) * jacobian.middleRows(d * i, d).transpose() / variance_px2;
   }
   return hats;
 }
@@ -100,6 +100,7 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
   for (std::size_t v = 0; v < views.size(); ++v) {
     ViewEvaluation whitened = (*raw)[v];
     whiten(*views[v], weights[v], whitened);
+    discount(weights[v], whitened);
     equations.add(*views[v], whitened);
   }
   auto covariance = JointCovariance::create(equations, state);
@@ -107,7 +108,8 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
   Linearisation result{std::move(*raw), std::vector<std::vector<Eigen::Matrix2d>>(views.size()),
                        std::move(*covariance)};
   parallel_for(views.size(), threads, [&](std::size_t v) {
-    result.hats[v] = hat_blocks(*views[v], result.raw[v], weights[v].sigma_px, result.covariance, state);
+    const double variance_px2 = weights[v].sigma_px * weights[v].sigma_px * weights[v].inflation;
+    result.hats[v] = hat_blocks(*views[v], result.raw[v], variance_px2, result.covariance, state);
   });
   return result;
 }
@@ -257,7 +259,10 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   if (!options.estimate_warp) minimise_options.held.insert({BlockId::Kind::warp});
   const Parameters parameters(state, views, minimise_options.held);
   std::vector<ViewWeights> weights;
-  for (const auto& view : views) weights.push_back({1, std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
+  for (const auto& view : views) {
+    const double inflation = view->kind() == View::Kind::stripes ? options.stripe_inflation : 1;
+    weights.push_back({1, inflation, std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
+  }
 
   if (const auto done = converge_robustly(views, options, minimise_options, weights, state); !done) {
     return tl::unexpected(done.error());

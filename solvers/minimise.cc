@@ -118,6 +118,7 @@ class Evaluator final : public ceres::EvaluationCallback {
       if (!predicted_[v]) return;
       whiten(*views_[v], weights_[v], evaluations_[v]);
       if (options_.cauchy_scale) robustify(*views_[v], *options_.cauchy_scale, evaluations_[v]);
+      discount(weights_[v], evaluations_[v]);
     });
   }
 

@@ -15,6 +15,12 @@ void whiten(const View& view, const ViewWeights& weights, ViewEvaluation& evalua
   }
 }
 
+void discount(const ViewWeights& weights, ViewEvaluation& evaluation) {
+  const double scale = 1 / std::sqrt(weights.inflation);
+  evaluation.residuals *= scale;
+  for (RowMajorMatrix& jacobian : evaluation.jacobians) jacobian *= scale;
+}
+
 void robustify(const View& view, double cauchy_scale, ViewEvaluation& evaluation) {
   const int d = view.dimension();
   const double c2 = cauchy_scale * cauchy_scale;

@@ -11,6 +11,7 @@
 #include "cli/flags.h"
 #include "cli/progress.h"
 #include "cli/record.h"
+#include "cli/truth_text.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/json_text.h"
 #include "datasets/output_folder.h"
@@ -83,6 +84,10 @@ Expected<VerbResult> run(const VerbContext& context) {
     result.document["cross_validation"] = cross_validation_summary(*validation);
     result.text += cross_validation_text(*validation);
   }
+  if (!FLAGS_truth.empty()) {
+    if (auto added = add_rig_truth(FLAGS_truth, rig_of(*calibration), result); !added)
+      return tl::unexpected(added.error());
+  }
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto summary = json_text(result.document);
   if (!summary) return tl::unexpected(summary.error());
@@ -107,7 +112,8 @@ Verb calibrate_verb() {
           .example = "$ crumple calibrate stereo_chessboard.yaml --images=photos --out=rig\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "outliers", "cross_validate", "threads", "overwrite", "json"},
+          .flags = {"out", "images", "sensors", "warp", "outliers", "cross_validate", "truth", "threads", "overwrite",
+                    "json"},
           .required = {"out"},
           .run = run};
 }

@@ -2,6 +2,8 @@
 
 namespace crumple {
 
-std::vector<Verb> all_verbs() { return {patterns_verb(), check_verb(), calibrate_verb()}; }
+std::vector<Verb> all_verbs() {
+  return {patterns_verb(), simulate_verb(), check_verb(), calibrate_verb(), reconstruct_verb()};
+}
 
 }  // namespace crumple

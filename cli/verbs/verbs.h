@@ -7,9 +7,11 @@
 
 namespace crumple {
 
-Verb calibrate_verb();
 Verb patterns_verb();
+Verb simulate_verb();
 Verb check_verb();
+Verb calibrate_verb();
+Verb reconstruct_verb();
 
 std::vector<Verb> all_verbs();
 

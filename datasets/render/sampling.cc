@@ -74,9 +74,13 @@ std::uint64_t mix(std::uint64_t seed, std::uint64_t value) {
 
 Eigen::Vector2d sample_point(std::uint32_t index, SampleUse use, std::uint64_t pixel_bits) {
   const auto pair = static_cast<std::uint32_t>(use);
+  const std::uint32_t point = index / 2;
   const std::uint64_t scramble = mix(pixel_bits, pair);
-  return {unit_from_bits(sobol_bits(index, 2 * pair) ^ static_cast<std::uint32_t>(scramble)),
-          unit_from_bits(sobol_bits(index, 2 * pair + 1) ^ static_cast<std::uint32_t>(scramble >> 32))};
+  const Eigen::Vector2d unit{
+      unit_from_bits(sobol_bits(point, 2 * pair) ^ static_cast<std::uint32_t>(scramble)),
+      unit_from_bits(sobol_bits(point, 2 * pair + 1) ^ static_cast<std::uint32_t>(scramble >> 32))};
+  const bool mirrored = index % 2 == 1;
+  return mirrored ? Eigen::Vector2d(Eigen::Vector2d::Ones() - unit) : unit;
 }
 
 Eigen::Vector2d on_disc(const Eigen::Vector2d& unit) {

@@ -1,7 +1,9 @@
 // Where the renderer looks within a pixel and an aperture.
 //
 // Points come from Sobol's sequence with the direction numbers of Joe and Kuo (2008), its digits scrambled per pixel
-// and dimension: any prefix of 4^k points is spread evenly, and more points may be added to a pixel later.
+// and dimension: any prefix of 4^k points is spread evenly, and more points may be added to a pixel later. Each point is
+// followed by its mirror image in the middle of the square: the mean of an even number of samples lies exactly there, or
+// else every pixel would look a little beside its centre, in all frames alike.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +33,7 @@ class MixGenerator {
 // What a sample needs coordinates for, two dimensions each.
 enum class SampleUse : std::uint32_t { footprint, camera_aperture, projector_aperture };
 
-// Point `index` of the sequence in the unit square, scrambled by the pixel's own bits.
+// Sample `index` in the unit square, scrambled by the pixel's own bits.
 Eigen::Vector2d sample_point(std::uint32_t index, SampleUse use, std::uint64_t pixel_bits);
 
 // The unit square onto the unit disc, keeping areas (Shirley and Chiu 1997).

@@ -117,7 +117,7 @@ TEST(Covariance, EqualsCeresCovariance) {
   for (const auto& view : views) {
     ViewEvaluation evaluation;
     ASSERT_TRUE(view->evaluate(state, true, evaluation));
-    whiten(*view, {0.1, std::vector<char>(static_cast<std::size_t>(view->size()), 1)}, evaluation);
+    whiten(*view, {0.1, 1, std::vector<char>(static_cast<std::size_t>(view->size()), 1)}, evaluation);
     equations.add(*view, evaluation);
     RowMajorMatrix row = RowMajorMatrix::Zero(evaluation.residuals.size(), parameters.size());
     for (std::size_t b = 0; b < view->blocks().size(); ++b) {

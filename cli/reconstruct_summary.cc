@@ -1,0 +1,109 @@
+#include "cli/reconstruct_summary.h"
+
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace crumple {
+namespace {
+
+using nlohmann::json;
+
+json orientation_json(const OrientationReport& orientation) {
+  json result{{"angle_deg", orientation.angle_rad * 180 / std::numbers::pi},
+              {"decoded_fraction", orientation.decoded_fraction},
+              {"median_sigma_px", orientation.median_sigma_px},
+              {"sensitivity_px_per_mm", orientation.sensitivity_px_per_mm},
+              {"used", orientation.used}};
+  if (!orientation.used) result["reason"] = orientation.reason;
+  return result;
+}
+
+json view_json(const ReconstructedView& view) {
+  json result{{"id", view.station},
+              {"camera", view.camera},
+              {"estimator", view.estimator},
+              {"points", view.points},
+              {"decoded_fraction", view.decoded_fraction},
+              {"median_sigma_mm", view.median_sigma_mm},
+              {"orientations", json::array()}};
+  for (const OrientationReport& orientation : view.orientations) {
+    result["orientations"].push_back(orientation_json(orientation));
+  }
+  return result;
+}
+
+json deviation_json(const DeviationSummary& summary) {
+  return {{"points", summary.points},
+          {"rms_mm", summary.rms_mm},
+          {"trimmed_rms_mm", summary.trimmed_rms_mm},
+          {"trimmed_share", summary.trimmed_share},
+          {"mean_mm", summary.mean_mm},
+          {"robust_sigma_mm", summary.robust_sigma_mm},
+          {"max_mm", summary.max_mm},
+          {"predicted_mm", summary.predicted_mm},
+          {"observed_over_predicted", summary.observed_over_predicted},
+          {"moved_rms_mm", summary.moved_rms_mm},
+          {"moved_over_predicted", summary.moved_over_predicted}};
+}
+
+json truth_json(const std::vector<EstimatorTruth>& truth) {
+  json result{{"cloud_rms_mm", json::object()}, {"estimators", json::object()}};
+  for (const EstimatorTruth& one : truth) {
+    result["cloud_rms_mm"][one.estimator] = one.summary.rms_mm;
+    result["estimators"][one.estimator] = deviation_json(one.summary);
+  }
+  return result;
+}
+
+std::string truth_text(const std::vector<EstimatorTruth>& truth) {
+  std::string text =
+      "distance from the true surface (mm)\n"
+      "  estimator       RMS  within 5 sigma  trimmed  robust sigma     mean      max  predicted  moved onto it\n";
+  for (const auto& [estimator, s] : truth) {
+    text += fmt::format("  {:9} {:9.4f} {:15.4f} {:6.2f} % {:13.4f} {:+8.4f} {:8.3f} {:10.4f} {:14.4f}\n", estimator,
+                        s.rms_mm, s.trimmed_rms_mm, 100 * s.trimmed_share, s.robust_sigma_mm, s.mean_mm, s.max_mm,
+                        s.predicted_mm, s.moved_rms_mm);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::size_t Reconstruction::points(const std::string& estimator) const {
+  std::size_t sum = 0;
+  for (const ReconstructedView& view : views) sum += view.estimator == estimator ? view.points : 0;
+  return sum;
+}
+
+json reconstruction_summary(const Reconstruction& reconstruction) {
+  json summary{{"schema", "crumple-cloud-summary/1"},
+               {"estimator", reconstruction.estimators.front()},
+               {"points", reconstruction.points(reconstruction.estimators.front())},
+               {"stations", json::array()},
+               {"failed", json::array()}};
+  for (const ReconstructedView& view : reconstruction.views) summary["stations"].push_back(view_json(view));
+  for (const FailedView& view : reconstruction.failed) {
+    summary["failed"].push_back({{"id", view.station}, {"camera", view.camera}, {"reason", view.reason}});
+  }
+  if (!reconstruction.truth.empty()) summary["truth"] = truth_json(reconstruction.truth);
+  return summary;
+}
+
+std::string reconstruction_text(const Reconstruction& reconstruction) {
+  std::string text;
+  for (const ReconstructedView& view : reconstruction.views) {
+    text += fmt::format("{}, {}, {}: {} points, {:.1f} % of the lit pixels, median sigma {:.4f} mm\n", view.station,
+                        view.camera, view.estimator, view.points, 100 * view.decoded_fraction, view.median_sigma_mm);
+    for (const OrientationReport& orientation : view.orientations) {
+      if (!orientation.used) text += fmt::format("  {}\n", orientation.reason);
+    }
+  }
+  for (const FailedView& view : reconstruction.failed) {
+    text += fmt::format("failed: station {}, {}: {}\n", view.station, view.camera, view.reason);
+  }
+  if (!reconstruction.truth.empty()) text += truth_text(reconstruction.truth);
+  return text;
+}
+
+}  // namespace crumple

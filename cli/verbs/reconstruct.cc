@@ -1,0 +1,318 @@
+// reconstruct: capture + rig -> clouds, a picture, summary.
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include "cli/flags.h"
+#include "cli/progress.h"
+#include "cli/reconstruct_summary.h"
+#include "cli/record.h"
+#include "cli/verbs/verbs.h"
+#include "datasets/capture.h"
+#include "datasets/cloud_file.h"
+#include "datasets/cloud_picture.h"
+#include "datasets/json_text.h"
+#include "datasets/output_folder.h"
+#include "datasets/rig_file.h"
+
+DEFINE_string(rig, "", "folder of the rig");
+DEFINE_string(estimator, "weighted",
+              "weighted, paper or edges; of several, comma-separated, the first is the main one");
+DEFINE_string(bit_rule, "inverse",
+              "what a pattern is compared with: inverse (its inverse), half (the mean of white and black) or paper "
+              "(white less a fixed threshold)");
+
+namespace crumple {
+namespace {
+
+struct NamedEstimator {
+  std::string name;
+  Estimator estimator;
+};
+
+struct Choices {
+  std::vector<NamedEstimator> estimators;
+  BitRule rule = BitRule::inverse;
+};
+
+// A camera of the capture that the rig knows, with the capture's projector.
+struct Pair {
+  std::string camera;
+  StationGeometry geometry;
+};
+
+Expected<Choices> choices_from_flags() {
+  static const std::vector<NamedEstimator> known{
+      {"weighted", Estimator::weighted}, {"paper", Estimator::paper}, {"edges", Estimator::edges}};
+  Choices choices;
+  for (const std::string& name : parse_names(FLAGS_estimator)) {
+    const auto named = [&](const NamedEstimator& candidate) { return candidate.name == name; };
+    const auto found = std::find_if(known.begin(), known.end(), named);
+    if (found == known.end()) return fail(fmt::format("--estimator: {} is none of weighted, paper and edges.", name));
+    if (std::any_of(choices.estimators.begin(), choices.estimators.end(), named)) {
+      return fail(fmt::format("--estimator: {} is given twice.", name));
+    }
+    choices.estimators.push_back(*found);
+  }
+  if (choices.estimators.empty()) return fail("--estimator names none of weighted, paper and edges.");
+  if (FLAGS_bit_rule == "half") {
+    choices.rule = BitRule::half;
+  } else if (FLAGS_bit_rule == "paper") {
+    choices.rule = BitRule::paper;
+  } else if (FLAGS_bit_rule != "inverse") {
+    return fail(fmt::format("--bit_rule={} is none of inverse, half and paper.", FLAGS_bit_rule));
+  }
+  return choices;
+}
+
+// The named stations; else those without the board, for they show what was to be measured; else all.
+Expected<std::vector<std::string>> chosen_stations(const Capture& capture) {
+  const std::vector<std::string> named = parse_names(FLAGS_stations);
+  for (const std::string& id : named) {
+    if (capture.station(id) == nullptr) {
+      return fail(fmt::format("--stations: {} has no station {}", capture.description.string(), id));
+    }
+    if (const auto exclusion = capture.exclusion(id, "")) {
+      return fail(fmt::format("--stations: station {} is excluded in {}: {}", id, capture.description.string(),
+                              exclusion->reason));
+    }
+  }
+  if (!named.empty()) return named;
+  std::vector<std::string> all, without_board;
+  for (const Station& station : capture.stations) {
+    if (capture.exclusion(station.id, "")) continue;
+    all.push_back(station.id);
+    if (!station.board) without_board.push_back(station.id);
+  }
+  if (all.empty()) return fail(fmt::format("{}: every station is excluded", capture.description.string()));
+  return without_board.empty() ? all : without_board;
+}
+
+Expected<const Sensor*> matching_sensor(const CaptureSensor& wanted, const Rig& rig) {
+  const auto index = rig.find(wanted.name);
+  if (!index) return nullptr;
+  const Sensor& sensor = rig.sensors[*index];
+  const ImageSize size = sensor.lens.size();
+  if (sensor.kind == wanted.kind && size == wanted.size) return &sensor;
+  return fail(fmt::format("{}: sensor {} is a {} of {} x {} but the capture's is a {} of {} x {}: is it another rig?",
+                          FLAGS_rig, wanted.name, sensor.kind == SensorKind::camera ? "camera" : "projector",
+                          size.width_px, size.height_px, wanted.kind == SensorKind::camera ? "camera" : "projector",
+                          wanted.size.width_px, wanted.size.height_px));
+}
+
+Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
+  if (!capture.projector || capture.orientations.empty()) {
+    return fail(fmt::format("{} has no stripe frames: there is nothing to reconstruct", capture.description.string()));
+  }
+  const auto projector = matching_sensor(*capture.sensor(*capture.projector), rig);
+  if (!projector) return tl::unexpected(projector.error());
+  if (*projector == nullptr) return fail(fmt::format("{} has no sensor {}", FLAGS_rig, *capture.projector));
+  std::vector<Pair> pairs;
+  for (const CaptureSensor& wanted : capture.sensors) {
+    if (wanted.kind != SensorKind::camera) continue;
+    const auto camera = matching_sensor(wanted, rig);
+    if (!camera) return tl::unexpected(camera.error());
+    if (*camera == nullptr) {
+      log_warning(fmt::format("camera {} is left out: {} does not know it", wanted.name, FLAGS_rig));
+      continue;
+    }
+    pairs.push_back({wanted.name, StationGeometry((*camera)->lens, (*projector)->lens, (*camera)->sensor_from_probe,
+                                                  (*projector)->sensor_from_probe)});
+  }
+  if (pairs.empty()) return fail(fmt::format("{} knows none of the capture's cameras", FLAGS_rig));
+  return pairs;
+}
+
+// All points of one estimator, station after station.
+struct NamedCloud {
+  std::string estimator;
+  Cloud cloud;
+
+  void append(const Cloud& part, const std::string& station) {
+    auto& stations = cloud.stations;
+    if (stations.empty() || stations.back() != station) stations.push_back(station);
+    for (CloudPoint point : part.points) {
+      point.station = static_cast<std::uint16_t>(stations.size() - 1);
+      cloud.points.push_back(point);
+    }
+  }
+};
+
+// Images of one view at a time are in memory. A view fails as a whole: clouds of one run show the same stations.
+class Reconstructor {
+ public:
+  Reconstructor(const Capture& capture, const Choices& choices) : capture_(capture), choices_(choices) {
+    for (const NamedEstimator& named : choices.estimators) {
+      reconstruction.estimators.push_back(named.name);
+      clouds.push_back({named.name, {}});
+    }
+  }
+
+  void add(const std::string& station, const Pair& pair) {
+    if (const auto exclusion = capture_.exclusion(station, pair.camera)) {
+      return log_line(fmt::format("station {}, {} is excluded: {}", station, pair.camera, exclusion->reason));
+    }
+    const auto parts = reconstruct(station, pair);
+    if (!parts) {
+      reconstruction.failed.push_back({station, pair.camera, parts.error().message});
+      return;
+    }
+    for (std::size_t i = 0; i < parts->size(); ++i) {
+      const StationCloud& part = (*parts)[i];
+      clouds[i].append(part.cloud, station);
+      reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
+                                      part.decoded_fraction, part.median_sigma_mm, part.orientations});
+    }
+  }
+
+  Reconstruction reconstruction;
+  std::vector<NamedCloud> clouds;
+
+ private:
+  Expected<std::vector<StationCloud>> reconstruct(const std::string& station, const Pair& pair) const {
+    const auto images = read_stripe_images(capture_, pair.camera, station);
+    if (!images) return tl::unexpected(images.error());
+    std::vector<StationCloud> parts;
+    for (const NamedEstimator& named : choices_.estimators) {
+      StationOptions options;
+      options.estimator = named.estimator;
+      options.decode.bit_rule = choices_.rule;
+      options.name = "station " + station;
+      auto part = reconstruct_station(pair.geometry, *images, options);
+      if (!part) return tl::unexpected(part.error());
+      parts.push_back(std::move(*part));
+    }
+    return parts;
+  }
+
+  const Capture& capture_;
+  const Choices& choices_;
+};
+
+// Deviations per cloud; empty without --truth.
+Expected<std::vector<std::vector<Deviation>>> compare_with_truth(const std::optional<Scene>& scene,
+                                                                 Reconstructor& work) {
+  std::vector<std::vector<Deviation>> deviations;
+  if (!scene) return deviations;
+  for (const NamedCloud& named : work.clouds) {
+    auto found = deviations_from_truth(named.cloud, *scene, thread_count());
+    if (!found) return tl::unexpected(found.error());
+    work.reconstruction.truth.push_back({named.estimator, summarise(named.cloud, *found)});
+    deviations.push_back(std::move(*found));
+  }
+  return deviations;
+}
+
+CloudPicture picture_of(const Capture& capture, const Reconstructor& work,
+                        const std::vector<std::vector<Deviation>>& deviations) {
+  const Cloud& cloud = work.clouds.front().cloud;
+  CloudPicture picture = picture_of_sigma(cloud, capture.title);
+  picture.subtitle = fmt::format("{}, {} points", work.clouds.front().estimator, cloud.points.size());
+  if (deviations.empty()) return picture;
+  const DeviationSummary& truth = work.reconstruction.truth.front().summary;
+  picture.subtitle += fmt::format(", RMS distance from the true surface {:.3f} mm", truth.rms_mm);
+  picture.label = "distance from the true surface, mm";
+  picture.is_signed = true;
+  for (std::size_t i = 0; i < picture.values.size(); ++i) {
+    picture.values[i] = static_cast<float>(deviations.front()[i].distance_mm);
+  }
+  return picture;
+}
+
+Expected<void> write_results(const OutputFolder& folder, const Capture& capture, const Reconstructor& work,
+                             const std::vector<std::vector<Deviation>>& deviations, const nlohmann::json& document) {
+  for (std::size_t i = 0; i < work.clouds.size(); ++i) {
+    const std::string name = i == 0 ? "cloud.ply" : fmt::format("cloud_{}.ply", work.clouds[i].estimator);
+    if (auto done = write_cloud(folder / name, work.clouds[i].cloud); !done) return done;
+  }
+  const CloudPicture picture = picture_of(capture, work, deviations);
+  const auto drawn = write_cloud_picture(folder / "picture.png", work.clouds.front().cloud, picture);
+  if (!drawn) return drawn;
+  return json_text(document).and_then(
+      [&](const std::string& text) { return write_file(folder / "summary.json", text); });
+}
+
+Expected<void> refuse_if_all_failed(const Reconstruction& reconstruction) {
+  if (!reconstruction.views.empty()) return {};
+  std::string sentence = "no station could be reconstructed";
+  for (const FailedView& view : reconstruction.failed) {
+    sentence += fmt::format("\n  station {}, {}: {}", view.station, view.camera, view.reason);
+  }
+  return fail(sentence);
+}
+
+Expected<VerbResult> run(const VerbContext& context) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto choices = choices_from_flags();
+  if (!choices) return usage_error(choices.error().message);
+  const auto capture = read_capture(context.inputs.front(), images_folder());
+  if (!capture) return tl::unexpected(capture.error());
+  const auto rig = read_rig(FLAGS_rig);
+  if (!rig) return tl::unexpected(rig.error());
+  const auto stations = chosen_stations(*capture);
+  if (!stations) return tl::unexpected(stations.error());
+  std::optional<Scene> scene;
+  if (!FLAGS_truth.empty()) {
+    auto read = read_true_scene(FLAGS_truth);
+    if (!read) return tl::unexpected(read.error());
+    scene = std::move(*read);
+  }
+  const auto pairs = pairs_of(*capture, *rig);
+  if (!pairs) return tl::unexpected(pairs.error());
+  auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
+  if (!folder) return tl::unexpected(folder.error());
+
+  Reconstructor work(*capture, *choices);
+  {
+    Progress progress("reconstructing", stations->size() * pairs->size());
+    for (const std::string& station : *stations) {
+      for (const Pair& pair : *pairs) {
+        work.add(station, pair);
+        progress.advance();
+      }
+    }
+  }
+  if (auto some = refuse_if_all_failed(work.reconstruction); !some) return tl::unexpected(some.error());
+  const auto deviations = compare_with_truth(scene, work);
+  if (!deviations) return tl::unexpected(deviations.error());
+
+  VerbResult result;
+  result.exit_code = work.reconstruction.failed.empty() ? ExitCode::done : ExitCode::part_of_batch_failed;
+  result.text = reconstruction_text(work.reconstruction);
+  result.document = reconstruction_summary(work.reconstruction);
+  result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const auto written = write_results(*folder, *capture, work, *deviations, result.document).and_then([&] {
+    return commit_with_record(*folder, context, {capture->description, FLAGS_rig});
+  });
+  if (!written) return tl::unexpected(written.error());
+  return result;
+}
+
+}  // namespace
+
+Verb reconstruct_verb() {
+  return {
+      .name = "reconstruct",
+      .purpose = "compute a cloud with uncertainty from a capture and its rig",
+      .usage = "CAPTURE.yaml --rig=DIR --out=DIR [--flags]",
+      .description =
+          "Reconstructs every camera that the rig knows, station after station, in the probe frame. Writes "
+          "cloud.ply by the first estimator, cloud_NAME.ply by each further one, picture.png and summary.json. "
+          "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
+          "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "
+          "stations failed and the others are written.",
+      .example =
+          "$ crumple reconstruct door/capture.yaml --rig=rig --out=cloud\n"
+          "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",
+      .min_inputs = 1,
+      .max_inputs = 1,
+      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "truth", "threads", "overwrite", "json"},
+      .required = {"rig", "out"},
+      .run = run};
+}
+
+}  // namespace crumple
