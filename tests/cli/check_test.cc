@@ -47,7 +47,7 @@ TEST(CheckVerb, AMissingImageIsNamedOnStdout) {
   EXPECT_THAT(text.out, HasSubstr("b.png"));
   const json document = json::parse(check(home.path(), "--json").out);
   EXPECT_EQ(document["errors"], 1);
-  EXPECT_EQ(document["findings"][0]["severity"], "error");
+  EXPECT_EQ(document["findings"].back()["severity"], "error");
 }
 
 TEST(CheckVerb, ImagesMayLieElsewhere) {
