@@ -1,9 +1,9 @@
 // Where the renderer looks within a pixel and an aperture.
 //
 // Points come from Sobol's sequence with the direction numbers of Joe and Kuo (2008), its digits scrambled per pixel
-// and dimension: any prefix of 4^k points is spread evenly, and more points may be added to a pixel later. Each point is
-// followed by its mirror image in the middle of the square: the mean of an even number of samples lies exactly there, or
-// else every pixel would look a little beside its centre, in all frames alike.
+// and dimension: any prefix of 4^k points is spread evenly, and more points may be added to a pixel later. Each point
+// is followed by its mirror image in the middle of the square: the mean of an even number of samples lies exactly
+// there, or else every pixel would look a little beside its centre, in all frames alike.
 #pragma once
 
 #include <cstdint>
