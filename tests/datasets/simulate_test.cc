@@ -12,6 +12,7 @@
 #include "datasets/render/render.h"
 #include "datasets/rig_file.h"
 #include "tests/datasets/render_scenes.h"
+#include "tests/temporary_folder.h"
 
 namespace crumple {
 namespace {
@@ -20,12 +21,6 @@ namespace fs = std::filesystem;
 
 class Simulate : public testing::Test {
  protected:
-  Simulate() {
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-  }
-  ~Simulate() override { fs::remove_all(root_); }
-
   // One board and the panel, columns only.
   static Scene short_scene() {
     Scene scene = scene_from_file("small.yaml");
@@ -36,7 +31,7 @@ class Simulate : public testing::Test {
     return scene;
   }
 
-  fs::path root_ = fs::path(testing::TempDir()) / "crumple_simulate_test";
+  TemporaryFolder root_;
 };
 
 TEST_F(Simulate, writes_a_capture_that_reads_back) {
@@ -82,7 +77,7 @@ TEST_F(Simulate, leaves_nothing_behind_where_it_fails) {
   scene.stations[1].id = "panel\n1";
   scene.cameras[0].sensor.name = std::string(300, 'n');  // no file system takes that
   ASSERT_FALSE(simulate(scene, "", root_ / "capture", {}));
-  EXPECT_TRUE(fs::is_empty(root_));
+  EXPECT_TRUE(fs::is_empty(root_.path()));
 }
 
 }  // namespace
