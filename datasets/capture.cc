@@ -143,6 +143,18 @@ Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, 
   return image;
 }
 
+Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& camera, const std::string& station,
+                                 std::size_t frame) {
+  auto image = read_frame(capture, camera, station, frame);
+  if (!image) return image;
+  const std::string name = capture.image_file(camera, station, frame).string();
+  const std::vector<ShownFrame> shown = {{capture.frames[frame], name, *image}};
+  const std::vector<Finding> findings =
+      check_exposure(shown, full_scale_of(shown), fmt::format("station {}, camera {}", station, camera));
+  if (has_error(findings)) return fail(joined_errors(findings));
+  return image;
+}
+
 Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& camera, const std::string& station) {
   auto frame = capture.find_frame(Kind::white);
   if (!frame) frame = capture.find_frame(Kind::ambient);
@@ -150,14 +162,7 @@ Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& ca
     return fail(fmt::format("{} has neither a white nor an ambient frame to look for the board in",
                             capture.description.string()));
   }
-  auto image = read_frame(capture, camera, station, *frame);
-  if (!image) return image;
-  const std::string name = capture.image_file(camera, station, *frame).string();
-  const std::vector<ShownFrame> shown = {{capture.frames[*frame], name, *image}};
-  const std::vector<Finding> findings =
-      check_exposure(shown, full_scale_of(shown), fmt::format("station {}, camera {}", station, camera));
-  if (has_error(findings)) return fail(joined_errors(findings));
-  return image;
+  return read_lit_frame(capture, camera, station, *frame);
 }
 
 Expected<StripeImages> read_stripe_images(const Capture& capture, const std::string& camera,

@@ -44,14 +44,6 @@ struct FrameContent {
   bool inverted = false;        // stripes
 };
 
-// The chessboard the projector casts in `chessboard` frames: inner corners on the panel, in projector pixels.
-struct ProjectedChessboard {
-  int columns = 0;
-  int rows = 0;
-  Eigen::Vector2d first_corner_px = Eigen::Vector2d::Zero();
-  double pitch_px = 0;
-};
-
 struct Station {
   std::string id;
   bool board = true;          // the board is in view, at a placement of its own
@@ -103,6 +95,11 @@ Expected<Capture> read_capture(const std::filesystem::path& description,
 // One frame, single-channel, CV_8U or CV_16U, of the size the capture states for that camera.
 Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, const std::string& station,
                              std::size_t frame);
+
+// The same for a frame in which the scene must be lit. Fails where it is dark or saturated by the rules of
+// exposure_check.h.
+Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& camera, const std::string& station,
+                                 std::size_t frame);
 
 // The frame to look for the board in: the white one, else the ambient one. Fails where it is dark or saturated by the
 // rules of exposure_check.h: a board that is not found there would only be half the story.

@@ -19,6 +19,8 @@
 
 DEFINE_string(sensors, "", "names of the sensors to calibrate, comma-separated; empty: all");
 DEFINE_string(warp, "auto", "board warp: off, on, or auto: kept where it is significant");
+DEFINE_string(projector_from, "auto",
+              "what the projector is calibrated from: stripes, chessboard, or auto: all of it that the capture has");
 DEFINE_bool(cross_validate, false,
             "also leave each board placement out in turn and reconstruct it with the rig of the others");
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
@@ -38,6 +40,13 @@ Expected<CalibrationOptions> options_from_flags() {
   options.bundle.reject_outliers = FLAGS_outliers;
   options.bundle.threads = thread_count();
   return options;
+}
+
+Expected<ProjectorSource> source_from_flags() {
+  if (FLAGS_projector_from == "auto") return ProjectorSource::automatic;
+  if (FLAGS_projector_from == "stripes") return ProjectorSource::stripes;
+  if (FLAGS_projector_from == "chessboard") return ProjectorSource::chessboard;
+  return fail(fmt::format("--projector_from={} is none of auto, stripes and chessboard", FLAGS_projector_from));
 }
 
 Rig rig_of(const Calibration& calibration) {
@@ -62,11 +71,13 @@ Expected<VerbResult> run(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
   const auto options = options_from_flags();
   if (!options) return usage_error(options.error().message);
+  const auto source = source_from_flags();
+  if (!source) return usage_error(source.error().message);
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
-  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), thread_count());
+  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
   if (!input) return tl::unexpected(input.error());
   const auto calibration = calibrate(input->data, *options);
   if (!calibration) return fail(explained(calibration.error().message, *capture, input->skipped));
@@ -112,8 +123,8 @@ Verb calibrate_verb() {
           .example = "$ crumple calibrate stereo_chessboard.yaml --images=photos --out=rig\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "outliers", "cross_validate", "truth", "threads", "overwrite",
-                    "json"},
+          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "truth",
+                    "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};
 }
