@@ -93,7 +93,7 @@ Expected<VerbResult> run(const VerbContext& context) {
   if (!summary) return tl::unexpected(summary.error());
   if (auto done = write_rig(folder->path(), rig_of(*calibration)); !done) return tl::unexpected(done.error());
   if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
-  if (auto done = commit_with_record(*folder, context, {capture->description}); !done) {
+  if (auto done = commit_with_record(*folder, context, capture_files(*capture)); !done) {
     return tl::unexpected(done.error());
   }
   return result;
