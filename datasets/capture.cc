@@ -93,6 +93,21 @@ std::filesystem::path Capture::image_file(const std::string& camera, const std::
   return images / parsed->expand(values);
 }
 
+std::vector<std::filesystem::path> capture_files(const Capture& capture) {
+  std::vector<std::filesystem::path> files{capture.description};
+  for (const Station& station : capture.stations) {
+    for (const CaptureSensor& sensor : capture.sensors) {
+      if (sensor.kind != SensorKind::camera) continue;
+      for (std::size_t frame = 0; frame < capture.frames.size(); ++frame) {
+        const std::filesystem::path file = capture.image_file(sensor.name, station.id, frame);
+        std::error_code unreadable;
+        if (std::filesystem::exists(file, unreadable)) files.push_back(file);
+      }
+    }
+  }
+  return files;
+}
+
 std::string frame_words(const FrameContent& content) {
   switch (content.kind) {
     case Kind::white:

@@ -81,6 +81,9 @@ struct Capture {
   std::filesystem::path image_file(const std::string& camera, const std::string& station, std::size_t frame) const;
 };
 
+// The description and every image it speaks of that exists: what a run that used the capture depends on.
+std::vector<std::filesystem::path> capture_files(const Capture& capture);
+
 // Says what a frame shows: "the white frame", "bit 3 of orientation 0, inverted".
 std::string frame_words(const FrameContent& content);
 

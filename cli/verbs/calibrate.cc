@@ -104,7 +104,7 @@ Expected<VerbResult> run(const VerbContext& context) {
   if (!summary) return tl::unexpected(summary.error());
   if (auto done = write_rig(folder->path(), rig_of(*calibration)); !done) return tl::unexpected(done.error());
   if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
-  if (auto done = commit_with_record(*folder, context, {capture->description}); !done) {
+  if (auto done = commit_with_record(*folder, context, capture_files(*capture)); !done) {
     return tl::unexpected(done.error());
   }
   return result;
@@ -120,7 +120,15 @@ Verb calibrate_verb() {
               "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
               "rig, its covariance and summary.json. Exit code 4 where the calibration is not to be trusted: the "
               "reasons say why.",
-          .example = "$ crumple calibrate stereo_chessboard.yaml --images=photos --out=rig\n",
+          .example =
+              "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
+              "verdict: ok\n"
+              "placements: 13\n"
+              "left (LENSMODEL_OPENCV5)\n"
+              "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
+              "  fx      533.474717 +- 0.446626\n"
+              "  ...\n"
+              "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
           .min_inputs = 1,
           .max_inputs = 1,
           .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "truth",
