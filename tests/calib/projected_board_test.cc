@@ -84,7 +84,7 @@ TEST(ProjectedBoard, CornersBesideThePrintAreFoundWhereTheyAre) {
   const auto none = detect_projected_board(unlit, like_the_print, board, printed);
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().message, HasSubstr("the projected chessboard"));
-  unlit.white = {};
+  unlit.white.release();
   EXPECT_FALSE(detect_projected_board(unlit, like_the_print, board, printed));
 }
 
