@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "calib/detect_board.h"
+#include "calib/projected_board.h"
 #include "cli/progress.h"
 #include "solvers/parallel.h"
 
@@ -93,10 +94,98 @@ Expected<void> add_stripes(const Capture& capture, std::size_t projector, Calibr
   return {};
 }
 
+// An optional frame: empty where the capture has none.
+Expected<cv::Mat> read_optional_frame(const Capture& capture, const std::string& camera, const std::string& station,
+                                      FrameContent::Kind kind) {
+  const auto frame = capture.find_frame(kind);
+  if (!frame) return cv::Mat();
+  return read_frame(capture, camera, station, *frame);
+}
+
+Expected<ProjectedBoardImages> read_projected_board_images(const Capture& capture, const std::string& camera,
+                                                           const std::string& station) {
+  auto chessboard = read_lit_frame(capture, camera, station, *capture.find_frame(FrameContent::Kind::chessboard));
+  if (!chessboard) return tl::unexpected(chessboard.error());
+  auto white = read_optional_frame(capture, camera, station, FrameContent::Kind::white);
+  if (!white) return tl::unexpected(white.error());
+  auto black = read_optional_frame(capture, camera, station, FrameContent::Kind::black);
+  if (!black) return tl::unexpected(black.error());
+  return ProjectedBoardImages{*chessboard, *white, *black};
+}
+
+// The projected chessboard of one camera and placement.
+struct ProjectedSight {
+  Expected<ProjectedCorners> corners;
+  std::optional<std::string> error;  // of reading the images
+};
+
+ProjectedSight look_for_projected(const Capture& capture, const CalibrationInput& input, const CornerView& view) {
+  const auto images = read_projected_board_images(capture, input.data.sensors[view.sensor].name,
+                                                  input.data.placement_names[view.placement]);
+  if (!images) return {fail(images.error().message), images.error().message};
+  return {detect_projected_board(*images, *capture.projected_chessboard, *capture.board, view), {}};
+}
+
+// Every camera's projected corners on every plate whose print it found, as observations and as the projector's start.
+Expected<void> add_projected_boards(const Capture& capture, std::size_t projector, int threads,
+                                    CalibrationInput& input) {
+  const std::vector<CornerView>& printed = input.data.observations.corners;
+  std::vector<std::optional<ProjectedSight>> sights(printed.size());
+  Progress progress("detecting the projected chessboard", printed.size());
+  parallel_for(printed.size(), threads, [&](std::size_t i) {
+    sights[i] = look_for_projected(capture, input, printed[i]);
+    progress.advance();
+  });
+  for (std::size_t i = 0; i < printed.size(); ++i) {
+    const CornerView& view = printed[i];
+    if (sights[i]->error) return fail(*sights[i]->error);
+    const Expected<ProjectedCorners>& found = sights[i]->corners;
+    if (!found) {
+      input.skipped.push_back({input.data.placement_names[view.placement], input.data.sensors[view.sensor].name,
+                               found.error().message, false});
+      continue;
+    }
+    input.data.pairs.push_back({view.sensor, projector, view.placement, found->camera_pixels, found->projector_pixels});
+    input.data.observations.features.push_back(
+        {projector, view.sensor, view.placement, found->projector_pixels, found->camera_pixels});
+  }
+  if (input.data.observations.features.empty() && !printed.empty()) {
+    return fail(fmt::format("{}: its chessboard was found at no station; station {}, {}: {}",
+                            input.data.sensors[projector].name, input.data.placement_names[printed.front().placement],
+                            input.data.sensors[printed.front().sensor].name, sights.front()->corners.error().message));
+  }
+  return {};
+}
+
+// Everything the projector is calibrated from. Nothing where there is no projector among the sensors.
+Expected<void> add_projector(const Capture& capture, ProjectorSource source, int threads, CalibrationInput& input) {
+  const bool has_stripes = !capture.orientations.empty();
+  const bool has_chessboard = capture.find_frame(FrameContent::Kind::chessboard) && capture.projected_chessboard;
+  if (source == ProjectorSource::stripes && !has_stripes) {
+    return fail(
+        fmt::format("{} describes no stripe patterns to calibrate the projector from", capture.description.string()));
+  }
+  if (source == ProjectorSource::chessboard && !has_chessboard) {
+    return fail(
+        fmt::format("{} has no chessboard frame to calibrate the projector from: list it in `frames`, and "
+                    "describe it under `patterns.chessboard`",
+                    capture.description.string()));
+  }
+  const auto projector = index_of(input.data.sensors, capture.projector);
+  if (!projector) return {};
+  if (has_stripes && source != ProjectorSource::chessboard) {
+    if (auto added = add_stripes(capture, *projector, input); !added) return added;
+  }
+  if (has_chessboard && source != ProjectorSource::stripes) {
+    return add_projected_boards(capture, *projector, threads, input);
+  }
+  return {};
+}
+
 }  // namespace
 
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
-                                                  int threads) {
+                                                  ProjectorSource source, int threads) {
   if (!capture.board) {
     return fail(fmt::format("{} describes no board: a calibration needs one", capture.description.string()));
   }
@@ -142,10 +231,7 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
         {sight.sensor, placement->second, sight.board->corners, sight.board->pixels});
   }
   input.data.observations.placement_count = input.data.placement_names.size();
-  const auto projector = index_of(*sensors, capture.projector);
-  if (projector && !capture.orientations.empty()) {
-    if (auto added = add_stripes(capture, *projector, input); !added) return tl::unexpected(added.error());
-  }
+  if (auto added = add_projector(capture, source, threads, input); !added) return tl::unexpected(added.error());
   return input;
 }
 

@@ -25,9 +25,13 @@ struct CalibrationInput {
   std::vector<SkippedView> skipped;
 };
 
-// Sensors named in `only` (all where it is empty), cameras first. Fails on an image that cannot be read; a board that
-// is not found only loses its view.
+// What the projector is calibrated from; automatic: all of this that the capture has.
+enum class ProjectorSource { automatic, stripes, chessboard };
+
+// Sensors named in `only` (all where it is empty), cameras first. Fails on an image that cannot be read, and where the
+// capture lacks the projector's source or its chessboard is found nowhere; a board that is not found, printed or
+// projected, only loses its view.
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
-                                                  int threads);
+                                                  ProjectorSource source, int threads);
 
 }  // namespace crumple

@@ -11,6 +11,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kUsualTrim = 0.01;
+
 std::vector<GroupSummary> groups_of(const BundleResult& bundle, std::size_t sensor) {
   std::vector<GroupSummary> groups;
   for (const GroupSummary& group : bundle.groups) {
@@ -182,6 +184,11 @@ std::string cross_validation_text(const CrossValidation& validation) {
     row(board, fmt::format("{:+.2f} {:+.2f}", board.diagonal_error_mm[0], board.diagonal_error_mm[1]));
   }
   row(validation.mean, fmt::format("{:.3f}", validation.mean.diagonal_error_mm[0]));
+  for (const HeldOutBoard& board : validation.boards) {
+    if (board.trimmed_share <= kUsualTrim) continue;
+    text += fmt::format("station {} has gross errors: {:.1f} % of its points lie beyond five robust sigmas\n",
+                        board.station, 100 * board.trimmed_share);
+  }
   return text;
 }
 

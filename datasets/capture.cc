@@ -74,6 +74,21 @@ std::filesystem::path Capture::image_file(const std::string& camera, const std::
   return images / parsed->expand(values);
 }
 
+std::vector<std::filesystem::path> capture_files(const Capture& capture) {
+  std::vector<std::filesystem::path> files{capture.description};
+  for (const Station& station : capture.stations) {
+    for (const CaptureSensor& sensor : capture.sensors) {
+      if (sensor.kind != SensorKind::camera) continue;
+      for (std::size_t frame = 0; frame < capture.frames.size(); ++frame) {
+        const std::filesystem::path file = capture.image_file(sensor.name, station.id, frame);
+        std::error_code unreadable;
+        if (std::filesystem::exists(file, unreadable)) files.push_back(file);
+      }
+    }
+  }
+  return files;
+}
+
 std::string frame_words(const FrameContent& content) {
   switch (content.kind) {
     case Kind::white:
@@ -144,6 +159,18 @@ StripeImages sorted_into_stacks(ImageSize projector, const std::vector<StripeOri
   return result;
 }
 
+Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& camera, const std::string& station,
+                                 std::size_t frame) {
+  auto image = read_frame(capture, camera, station, frame);
+  if (!image) return image;
+  const std::string name = capture.image_file(camera, station, frame).string();
+  const std::vector<ShownFrame> shown = {{capture.frames[frame], name, *image}};
+  const std::vector<Finding> findings =
+      check_exposure(shown, full_scale_of(shown), fmt::format("station {}, camera {}", station, camera));
+  if (has_error(findings)) return fail(joined_errors(findings));
+  return image;
+}
+
 Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& camera, const std::string& station) {
   auto frame = capture.find_frame(Kind::white);
   if (!frame) frame = capture.find_frame(Kind::ambient);
@@ -151,14 +178,7 @@ Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& ca
     return fail(fmt::format("{} has neither a white nor an ambient frame to look for the board in",
                             capture.description.string()));
   }
-  auto image = read_frame(capture, camera, station, *frame);
-  if (!image) return image;
-  const std::string name = capture.image_file(camera, station, *frame).string();
-  const std::vector<ShownFrame> shown = {{capture.frames[*frame], name, *image}};
-  const std::vector<Finding> findings =
-      check_exposure(shown, full_scale_of(shown), fmt::format("station {}, camera {}", station, camera));
-  if (has_error(findings)) return fail(joined_errors(findings));
-  return image;
+  return read_lit_frame(capture, camera, station, *frame);
 }
 
 Expected<StripeImages> read_stripe_images(const Capture& capture, const std::string& camera,

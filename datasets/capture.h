@@ -44,14 +44,6 @@ struct FrameContent {
   bool inverted = false;        // stripes
 };
 
-// The chessboard the projector casts in `chessboard` frames: inner corners on the panel, in projector pixels.
-struct ProjectedChessboard {
-  int columns = 0;
-  int rows = 0;
-  Eigen::Vector2d first_corner_px = Eigen::Vector2d::Zero();
-  double pitch_px = 0;
-};
-
 struct Station {
   std::string id;
   bool board = true;          // the board is in view, at a placement of its own
@@ -89,6 +81,9 @@ struct Capture {
   std::filesystem::path image_file(const std::string& camera, const std::string& station, std::size_t frame) const;
 };
 
+// The description and every image it speaks of that exists: what a run that used the capture depends on.
+std::vector<std::filesystem::path> capture_files(const Capture& capture);
+
 // Says what a frame shows: "the white frame", "bit 3 of orientation 0, inverted".
 std::string frame_words(const FrameContent& content);
 
@@ -107,6 +102,11 @@ Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, 
 // Frames as decoding takes them. Precondition: an image per frame; stripe frames are of the orientations.
 StripeImages sorted_into_stacks(ImageSize projector, const std::vector<StripeOrientation>& orientations,
                                 const std::vector<FrameContent>& frames, const std::vector<cv::Mat>& images);
+
+// The same for a frame in which the scene must be lit. Fails where it is dark or saturated by the rules of
+// exposure_check.h.
+Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& camera, const std::string& station,
+                                 std::size_t frame);
 
 // The frame to look for the board in: the white one, else the ambient one. Fails where it is dark or saturated by the
 // rules of exposure_check.h: a board that is not found there would only be half the story.

@@ -34,6 +34,21 @@ int stripe_count(const StripeOrientation& orientation, ImageSize projector);
 // Fails where the bits cannot name every stripe of the panel, or a number makes no sense (width <= 0, bits > 16).
 Expected<StripeOrientation> checked(const StripeOrientation& orientation, ImageSize projector);
 
+// A chessboard to be cast: inner corners on the panel, in projector pixels. The square outside corner 0 is dark, and
+// what lies around the squares is lit. Its edges fall between pixels, as they should, where first_corner_px ends on a
+// half and pitch_px is whole.
+struct ProjectedChessboard {
+  int columns = 0;
+  int rows = 0;
+  Eigen::Vector2d first_corner_px = Eigen::Vector2d::Zero();
+  double pitch_px = 0;
+
+  // Corner `index` runs along rows first: index = row * columns + column.
+  Eigen::Vector2d corner_px(int index) const {
+    return first_corner_px + pitch_px * Eigen::Vector2d(index % columns, index / columns);
+  }
+};
+
 unsigned gray_from_binary(unsigned i);
 unsigned binary_from_gray(unsigned g);
 

@@ -53,7 +53,7 @@ struct StationOptions {
   double weighted_least_sensitivity = 0.02;
   // Points with more than this many times the station's median sigma are left out: dim pixels, and pixels that only an
   // all but blind orientation decoded.
-  double largest_sigma_ratio = 2;
+  double largest_sigma_ratio = 2.5;
   std::string name = "station";
 };
 

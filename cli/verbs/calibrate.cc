@@ -19,6 +19,8 @@
 
 DEFINE_string(sensors, "", "names of the sensors to calibrate, comma-separated; empty: all");
 DEFINE_string(warp, "auto", "board warp: off, on, or auto: kept where it is significant");
+DEFINE_string(projector_from, "auto",
+              "what the projector is calibrated from: stripes, chessboard, or auto: all of it that the capture has");
 DEFINE_bool(cross_validate, false,
             "also leave each board placement out in turn and reconstruct it with the rig of the others");
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
@@ -40,6 +42,13 @@ Expected<CalibrationOptions> options_from_flags() {
   return options;
 }
 
+Expected<ProjectorSource> source_from_flags() {
+  if (FLAGS_projector_from == "auto") return ProjectorSource::automatic;
+  if (FLAGS_projector_from == "stripes") return ProjectorSource::stripes;
+  if (FLAGS_projector_from == "chessboard") return ProjectorSource::chessboard;
+  return fail(fmt::format("--projector_from={} is none of auto, stripes and chessboard", FLAGS_projector_from));
+}
+
 // What stopped the calibration, with the views it had to do without.
 std::string explained(const std::string& message, const Capture& capture, const std::vector<SkippedView>& skipped) {
   std::string text = fmt::format("{}: {}", capture.description.string(), message);
@@ -53,11 +62,13 @@ Expected<VerbResult> run(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
   const auto options = options_from_flags();
   if (!options) return usage_error(options.error().message);
+  const auto source = source_from_flags();
+  if (!source) return usage_error(source.error().message);
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
-  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), thread_count());
+  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
   if (!input) return tl::unexpected(input.error());
   const auto calibration = calibrate(input->data, *options);
   if (!calibration) return fail(explained(calibration.error().message, *capture, input->skipped));
@@ -84,7 +95,7 @@ Expected<VerbResult> run(const VerbContext& context) {
   if (!summary) return tl::unexpected(summary.error());
   if (auto done = write_rig(folder->path(), calibrated_rig(*calibration)); !done) return tl::unexpected(done.error());
   if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
-  if (auto done = commit_with_record(*folder, context, {capture->description}); !done) {
+  if (auto done = commit_with_record(*folder, context, capture_files(*capture)); !done) {
     return tl::unexpected(done.error());
   }
   return result;
@@ -100,11 +111,19 @@ Verb calibrate_verb() {
               "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
               "rig, its covariance and summary.json. Exit code 4 where the calibration is not to be trusted: the "
               "reasons say why.",
-          .example = "$ crumple calibrate stereo_chessboard.yaml --images=photos --out=rig\n",
+          .example =
+              "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
+              "verdict: ok\n"
+              "placements: 13\n"
+              "left (LENSMODEL_OPENCV5)\n"
+              "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
+              "  fx      533.474717 +- 0.446626\n"
+              "  ...\n"
+              "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "outliers", "cross_validate", "truth", "threads", "overwrite",
-                    "json"},
+          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "truth",
+                    "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};
 }

@@ -286,7 +286,9 @@ Expected<VerbResult> run(const VerbContext& context) {
   result.document = reconstruction_summary(work.reconstruction);
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto written = write_results(*folder, *capture, work, *deviations, result.document).and_then([&] {
-    return commit_with_record(*folder, context, {capture->description, FLAGS_rig});
+    std::vector<std::filesystem::path> inputs = capture_files(*capture);
+    inputs.emplace_back(FLAGS_rig);
+    return commit_with_record(*folder, context, inputs);
   });
   if (!written) return tl::unexpected(written.error());
   return result;
