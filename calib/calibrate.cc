@@ -109,4 +109,13 @@ RigCovariance rig_covariance(const BundleResult& bundle) {
   return {bundle.covariance.names(), bundle.covariance.common()};
 }
 
+Rig calibrated_rig(const Calibration& calibration) {
+  Rig rig = calibration.bundle.state.rig;
+  rig.covariance = rig_covariance(calibration.bundle);
+  for (const GroupSummary& group : calibration.bundle.groups) {
+    rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
+  }
+  return rig;
+}
+
 }  // namespace crumple

@@ -47,4 +47,7 @@ CalibrationData without_placement(const CalibrationData& data, std::size_t place
 // Rows and columns of the joint covariance that belong to the rig, by name.
 RigCovariance rig_covariance(const BundleResult& bundle);
 
+// The estimated rig with its covariance and each group's sigma.
+Rig calibrated_rig(const Calibration& calibration);
+
 }  // namespace crumple

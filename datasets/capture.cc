@@ -33,25 +33,6 @@ std::string joined_errors(const std::vector<Finding>& findings) {
   return count > 5 ? fmt::format("{}\nand {} more errors", text, count - 5) : text;
 }
 
-StripeImages sorted_into_stacks(const Capture& capture, const std::vector<cv::Mat>& images) {
-  StripeImages result;
-  result.projector = capture.sensor(*capture.projector)->size;
-  for (const StripeOrientation& orientation : capture.orientations) {
-    StripeStack stack{orientation, std::vector<cv::Mat>(orientation.bits), {}};
-    if (orientation.inverse) stack.inverses.resize(orientation.bits);
-    result.stacks.push_back(stack);
-  }
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const FrameContent& frame = capture.frames[i];
-    if (frame.kind == Kind::white) result.white = images[i];
-    if (frame.kind == Kind::black) result.black = images[i];
-    if (frame.kind != Kind::stripes) continue;
-    StripeStack& stack = result.stacks[frame.orientation];
-    (frame.inverted ? stack.inverses : stack.patterns)[frame.bit] = images[i];
-  }
-  return result;
-}
-
 }  // namespace
 
 const CaptureSensor* Capture::sensor(const std::string& name) const {
@@ -158,6 +139,26 @@ Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, 
   return image;
 }
 
+StripeImages sorted_into_stacks(ImageSize projector, const std::vector<StripeOrientation>& orientations,
+                                const std::vector<FrameContent>& frames, const std::vector<cv::Mat>& images) {
+  StripeImages result;
+  result.projector = projector;
+  for (const StripeOrientation& orientation : orientations) {
+    StripeStack stack{orientation, std::vector<cv::Mat>(orientation.bits), {}};
+    if (orientation.inverse) stack.inverses.resize(orientation.bits);
+    result.stacks.push_back(stack);
+  }
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const FrameContent& frame = frames[i];
+    if (frame.kind == Kind::white) result.white = images[i];
+    if (frame.kind == Kind::black) result.black = images[i];
+    if (frame.kind != Kind::stripes) continue;
+    StripeStack& stack = result.stacks[frame.orientation];
+    (frame.inverted ? stack.inverses : stack.patterns)[frame.bit] = images[i];
+  }
+  return result;
+}
+
 Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& camera, const std::string& station,
                                  std::size_t frame) {
   auto image = read_frame(capture, camera, station, frame);
@@ -190,7 +191,8 @@ Expected<StripeImages> read_stripe_images(const Capture& capture, const std::str
   }
   const StationFrames frames = check_station(capture, camera, station);
   if (has_error(frames.findings)) return fail(joined_errors(frames.findings));
-  return sorted_into_stacks(capture, frames.images);
+  return sorted_into_stacks(capture.sensor(*capture.projector)->size, capture.orientations, capture.frames,
+                            frames.images);
 }
 
 }  // namespace crumple

@@ -99,6 +99,10 @@ Expected<Capture> read_capture(const std::filesystem::path& description,
 Expected<cv::Mat> read_frame(const Capture& capture, const std::string& camera, const std::string& station,
                              std::size_t frame);
 
+// Frames as decoding takes them. Precondition: an image per frame; stripe frames are of the orientations.
+StripeImages sorted_into_stacks(ImageSize projector, const std::vector<StripeOrientation>& orientations,
+                                const std::vector<FrameContent>& frames, const std::vector<cv::Mat>& images);
+
 // The same for a frame in which the scene must be lit. Fails where it is dark or saturated by the rules of
 // exposure_check.h.
 Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& camera, const std::string& station,

@@ -49,15 +49,6 @@ Expected<ProjectorSource> source_from_flags() {
   return fail(fmt::format("--projector_from={} is none of auto, stripes and chessboard", FLAGS_projector_from));
 }
 
-Rig rig_of(const Calibration& calibration) {
-  Rig rig = calibration.bundle.state.rig;
-  rig.covariance = rig_covariance(calibration.bundle);
-  for (const GroupSummary& group : calibration.bundle.groups) {
-    rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
-  }
-  return rig;
-}
-
 // What stopped the calibration, with the views it had to do without.
 std::string explained(const std::string& message, const Capture& capture, const std::vector<SkippedView>& skipped) {
   std::string text = fmt::format("{}: {}", capture.description.string(), message);
@@ -96,13 +87,13 @@ Expected<VerbResult> run(const VerbContext& context) {
     result.text += cross_validation_text(*validation);
   }
   if (!FLAGS_truth.empty()) {
-    if (auto added = add_rig_truth(FLAGS_truth, rig_of(*calibration), result); !added)
+    if (auto added = add_rig_truth(FLAGS_truth, calibrated_rig(*calibration), result); !added)
       return tl::unexpected(added.error());
   }
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto summary = json_text(result.document);
   if (!summary) return tl::unexpected(summary.error());
-  if (auto done = write_rig(folder->path(), rig_of(*calibration)); !done) return tl::unexpected(done.error());
+  if (auto done = write_rig(folder->path(), calibrated_rig(*calibration)); !done) return tl::unexpected(done.error());
   if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
   if (auto done = commit_with_record(*folder, context, capture_files(*capture)); !done) {
     return tl::unexpected(done.error());

@@ -15,11 +15,11 @@ namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-std::uint64_t noise_seed(const Scene& scene, std::size_t station, std::size_t camera, std::size_t frame) {
-  return mix(mix(mix(scene.seed, station), camera), frame);
-}
-
 }  // namespace
+
+std::uint64_t noise_seed(std::uint64_t seed, std::size_t station, std::size_t camera, std::size_t frame) {
+  return mix(mix(mix(seed, station), camera), frame);
+}
 
 struct Renderer::Prepared {
   std::vector<PreparedCamera> cameras;
@@ -66,8 +66,9 @@ Expected<void> Renderer::render_station(std::size_t station, const FrameSink& si
       const cv::Mat shown = projector_image(scene_, scene_.frames[frame]);
       const cv::Mat1f light =
           transport.radiance(shown.empty() ? cv::Mat1f() : emission(scene_.projector->emitter, shown));
-      const Expected<void> taken = sink(
-          {camera, frame, expose(scene_.cameras[camera].detector, light, noise_seed(scene_, station, camera, frame))});
+      const Expected<void> taken =
+          sink({camera, frame,
+                expose(scene_.cameras[camera].detector, light, noise_seed(scene_.seed, station, camera, frame))});
       if (!taken) {
         const std::lock_guard lock(outcome_mutex);
         outcome = taken;
@@ -76,6 +77,16 @@ Expected<void> Renderer::render_station(std::size_t station, const FrameSink& si
     if (!outcome) break;
   }
   return outcome;
+}
+
+std::vector<cv::Mat1f> Renderer::radiances(std::size_t station, std::size_t camera) const {
+  const Transport transport = prepared_->transport(scene_, station, camera, threads_);
+  std::vector<cv::Mat1f> light(scene_.frames.size());
+  parallel_for(light.size(), threads_, [&](std::size_t frame) {
+    const cv::Mat shown = projector_image(scene_, scene_.frames[frame]);
+    light[frame] = transport.radiance(shown.empty() ? cv::Mat1f() : emission(scene_.projector->emitter, shown));
+  });
+  return light;
 }
 
 cv::Mat1f Renderer::radiance(std::size_t station, std::size_t camera, const FrameContent& frame) const {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -26,6 +28,9 @@ struct RenderedFrame {
   cv::Mat image;
 };
 
+// The seed of one image's detector noise; `seed` is the scene's own in render_station.
+std::uint64_t noise_seed(std::uint64_t seed, std::size_t station, std::size_t camera, std::size_t frame);
+
 // Called from several threads at once, each frame once, in no particular order. An error ends the rendering.
 using FrameSink = std::function<Expected<void>(const RenderedFrame&)>;
 
@@ -39,6 +44,9 @@ class Renderer {
 
   // Same bits at any number of threads.
   Expected<void> render_station(std::size_t station, const FrameSink& sink) const;
+
+  // The light of every frame before the detector, noise-free: for many noise realisations of what is traced once.
+  std::vector<cv::Mat1f> radiances(std::size_t station, std::size_t camera) const;
 
   // The light of one frame before the detector, noise-free.
   cv::Mat1f radiance(std::size_t station, std::size_t camera, const FrameContent& frame) const;
