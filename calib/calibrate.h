@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/board_spec.h"
 #include "calib/initial_rig.h"
 #include "solvers/bundle.h"
 
@@ -15,14 +16,15 @@ namespace crumple {
 // What was observed, by sensors in the order of `sensors` (cameras first) and placements in the order of their names.
 struct CalibrationData {
   std::vector<SensorSpec> sensors;
-  Board board;
+  std::vector<BoardSpec> boards;
+  std::vector<std::size_t> board_of;  // the board each placement is of
   std::vector<std::string> placement_names;
   Observations observations;
   std::vector<PixelPairs> pairs;  // for the projectors' start
 };
 
-// Whether the board's two warp terms are estimated. `automatic` keeps them where they are significant: the Wald
-// statistic w' C^-1 w of the pair exceeds 13.8, which a flat board does once in a thousand.
+// Whether the boards' warp terms, two each, are estimated. `automatic` keeps them where they are significant: the Wald
+// statistic w' C^-1 w of all of them exceeds what flat boards reach once in a thousand times, 13.8 for one board.
 enum class WarpChoice { off, on, automatic };
 
 struct CalibrationOptions {

@@ -219,8 +219,4 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   }
 }
 
-Expected<DetectedBoard> detect_board(const cv::Mat& image, const Board& board) {
-  return detect_grid(image, board.columns, board.rows);
-}
-
 }  // namespace crumple

@@ -21,18 +21,17 @@
 namespace crumple {
 
 struct DetectedBoard {
-  std::vector<int> corners;             // Board::corner indices, ascending
+  std::vector<int> corners;             // Board::point indices, ascending
   std::vector<Eigen::Vector2d> pixels;  // centres of pixels are integers
   // Whether the corners were found again with the lighting divided out (calib/flatten_lighting.h). Where they were not,
   // a brightness gradient may have moved them all by some hundredths of a pixel.
   bool even_lighting = false;
-  bool complete(const Board& board) const { return static_cast<int>(corners.size()) == board.corner_count(); }
+  int unrefined = 0;  // corners found that are left out because no two crossing edges fit them
+  bool complete(const Board& board) const { return static_cast<int>(corners.size()) == board.point_count(); }
 };
 
-// `image` is single-channel, CV_8U or CV_16U. The error is a reason without the image's name.
-Expected<DetectedBoard> detect_board(const cv::Mat& image, const Board& board);
-
-// The same for any grid of chessboard corners, such as a projected one.
+// The corners of any chessboard, printed or projected. `image` is single-channel, CV_8U or CV_16U. The error is a reason
+// without the image's name.
 Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows);
 
 }  // namespace crumple

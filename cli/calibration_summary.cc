@@ -64,6 +64,12 @@ json sensor_json(const Calibration& calibration, std::size_t index) {
   return result;
 }
 
+json board_json(const Calibration& calibration, const Board& board) {
+  return {{"warp_estimated", calibration.warp_estimated},
+          {"warp_statistic", calibration.warp_statistic},
+          {"warp_mm", {board.warp_mm.x(), board.warp_mm.y()}}};
+}
+
 json views_json(const Calibration& calibration) {
   json views = json::array();
   for (const ViewSummary& view : calibration.bundle.views) {
@@ -115,9 +121,7 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
     summary["skipped"].push_back(
         {{"station", view.station}, {"sensor", view.sensor}, {"reason", view.reason}, {"by_hand", view.by_hand}});
   }
-  summary["board"] = {{"warp_estimated", calibration.warp_estimated},
-                      {"warp_statistic", calibration.warp_statistic},
-                      {"warp_mm", {state.board.warp_mm.x(), state.board.warp_mm.y()}}};
+  for (const Board& board : state.boards) summary["boards"][board.name] = board_json(calibration, board);
   return summary;
 }
 
@@ -154,10 +158,11 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
   if (calibration.stripe_inflation > 1) {
     text += fmt::format("stripe readings: {:.1f} correlated ones count as one\n", calibration.stripe_inflation);
   }
-  const Eigen::Vector2d warp = bundle.state.board.warp_mm;
-  text += calibration.warp_estimated ? fmt::format("board warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", warp.x(),
-                                                   warp.y(), calibration.warp_statistic)
-                                     : std::string("board: taken as flat\n");
+  for (const Board& board : bundle.state.boards) {
+    text += calibration.warp_estimated ? fmt::format("{} warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", board.name,
+                                                     board.warp_mm.x(), board.warp_mm.y(), calibration.warp_statistic)
+                                       : fmt::format("{}: taken as flat\n", board.name);
+  }
   return text + "scale uncertainty: unknown, the board has no certificate\n";
 }
 

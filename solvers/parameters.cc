@@ -1,6 +1,14 @@
 #include "solvers/parameters.h"
 
 namespace crumple {
+namespace {
+
+std::vector<const char*> board_names(BlockId::Kind kind) {
+  if (kind == BlockId::Kind::warp) return {"warp_x", "warp_y"};
+  return {"scale"};
+}
+
+}  // namespace
 
 Parameters::Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
                        const std::set<BlockId>& held) {
@@ -20,7 +28,10 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     add_common({BlockId::Kind::lens, s});
     add_common({BlockId::Kind::mount, s});
   }
-  add_common({BlockId::Kind::warp});
+  for (std::size_t b = 0; b < state.boards.size(); ++b) {
+    add_common({BlockId::Kind::warp, b});
+    add_common({BlockId::Kind::scale, b});
+  }
   for (std::size_t p = 0; p < state.probe_from_board.size(); ++p) {
     const BlockId block{BlockId::Kind::placement, p};
     if (!touched.contains(block)) continue;
@@ -40,8 +51,8 @@ std::vector<std::string> Parameters::common_names(const CalibrationState& state)
                                            "translation_x", "translation_y", "translation_z"};
   std::vector<std::string> names;
   for (const BlockId& block : common_blocks_) {
-    if (block.kind == BlockId::Kind::warp) {
-      names.insert(names.end(), {"board.warp_x", "board.warp_y"});
+    if (block.kind == BlockId::Kind::warp || block.kind == BlockId::Kind::scale) {
+      for (const char* name : board_names(block.kind)) names.push_back(state.boards[block.index].name + "." + name);
       continue;
     }
     const Sensor& sensor = state.rig.sensors[block.index];

@@ -11,6 +11,7 @@
 #include "cli/flags.h"
 #include "cli/progress.h"
 #include "cli/record.h"
+#include "cli/residual_files.h"
 #include "cli/truth_text.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/json_text.h"
@@ -23,6 +24,7 @@ DEFINE_string(projector_from, "auto",
               "what the projector is calibrated from: stripes, chessboard, or auto: all of it that the capture has");
 DEFINE_bool(cross_validate, false,
             "also leave each board placement out in turn and reconstruct it with the rig of the others");
+DEFINE_bool(overlays, true, "write every board image with its residuals drawn in, enlarged, into overlays/");
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
 namespace crumple {
@@ -95,6 +97,9 @@ Expected<VerbResult> run(const VerbContext& context) {
   if (!summary) return tl::unexpected(summary.error());
   if (auto done = write_rig(folder->path(), calibrated_rig(*calibration)); !done) return tl::unexpected(done.error());
   if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
+  if (auto done = write_residual_files(*capture, *input, *calibration, FLAGS_overlays, folder->path()); !done) {
+    return tl::unexpected(done.error());
+  }
   if (auto done = commit_with_record(*folder, context, capture_files(*capture)); !done) {
     return tl::unexpected(done.error());
   }
@@ -122,7 +127,7 @@ Verb calibrate_verb() {
               "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "truth",
+          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "overlays", "truth",
                     "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};

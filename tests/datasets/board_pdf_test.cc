@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 TEST(BoardPdf, CornersLieAtThePitchOnPaper) {
   const TemporaryFolder home;
-  const Board board{10, 7, 17.5};
+  const Target board{10, 7, 17.5};
   const auto paper = choose_paper("auto", board);
   ASSERT_TRUE(paper);
   ASSERT_TRUE(write_board_pdf(home / "b.pdf", board, *paper));
@@ -34,7 +34,7 @@ TEST(BoardPdf, CornersLieAtThePitchOnPaper) {
   // Board frame: x to the right, y down, from the corner at the black top left square.
   const double pitch_px = board.pitch_mm * px_per_mm;
   const double raster_px = 0.55;  // poppler moves edges to whole pixels
-  for (int i = 0; i < board.corner_count(); ++i) {
+  for (int i = 0; i < board.columns * board.rows; ++i) {
     const cv::Point2f& corner = corners[static_cast<std::size_t>(i)];
     EXPECT_NEAR(corner.x - corners[0].x, (i % board.columns) * pitch_px, raster_px) << i;
     EXPECT_NEAR(corner.y - corners[0].y, (i / board.columns) * pitch_px, raster_px) << i;
@@ -45,7 +45,7 @@ TEST(BoardPdf, CornersLieAtThePitchOnPaper) {
 
 TEST(BoardPdf, SaysHowToPrintIt) {
   const TemporaryFolder home;
-  const Board board{6, 9, 10};
+  const Target board{6, 9, 10};
   ASSERT_TRUE(write_board_pdf(home / "b.pdf", board, choose_paper("auto", board).value()));
   const std::string command = "pdftotext '" + (home / "b.pdf").string() + "' '" + (home / "b.txt").string() + "'";
   if (std::system("pdftotext -v 2>/dev/null") != 0) GTEST_SKIP() << "poppler-utils is not installed";
@@ -56,14 +56,14 @@ TEST(BoardPdf, SaysHowToPrintIt) {
 
 TEST(BoardPdf, SameInputSameBytes) {
   const TemporaryFolder home;
-  const Board board{6, 9, 10};
+  const Target board{6, 9, 10};
   for (const char* const name : {"a.pdf", "b.pdf"})
     ASSERT_TRUE(write_board_pdf(home / name, board, choose_paper("auto", board).value()));
   EXPECT_EQ(content_of(home / "a.pdf"), content_of(home / "b.pdf"));
 }
 
 TEST(BoardPdf, ChoosesPaper) {
-  const auto name = [](const std::string& paper, const Board& board) {
+  const auto name = [](const std::string& paper, const Target& board) {
     const auto chosen = choose_paper(paper, board);
     return chosen ? chosen->name : chosen.error().message;
   };
