@@ -73,10 +73,9 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
     if (!scale.allFinite() || eigen.values[0] < kSingular) {
       return fail(fmt::format("the pose of board placement {} is not determined by its observations", p));
     }
-    const Matrix6d inverse =
-        scale.asDiagonal() *
-        (eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose()) *
-        scale.asDiagonal();
+    const Matrix6d inverse = scale.asDiagonal() *
+                             (eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose()) *
+                             scale.asDiagonal();
     const auto& coupling = equations.coupling_.at(p);
     result.placement_inverse_[p] = inverse;
     result.gain_[p] = coupling * inverse;
