@@ -60,7 +60,9 @@ void look(const Capture& capture, const SensorSpec& camera, Sight& sight) {
 Expected<DetectedBoard> told_from_others(const Expected<DetectedBoard>& found, const BoardSpec& board,
                                          const Station& station) {
   const bool may_be_another = station.boards.size() > 1 && !is_coded(board.target.kind);
-  if (found && may_be_another && !found->complete(board_of(board.target))) {
+  if (!found || !may_be_another) return found;
+  const int seen = static_cast<int>(found->corners.size()) + found->unrefined;
+  if (seen < board_of(board.target).point_count()) {
     return fail("only part of it is seen, which could be part of another board: use coded boards, or show it whole");
   }
   return found;
@@ -208,9 +210,10 @@ void add_corners(const Capture& capture, const Sight& sight, const BoardSight& s
     input.skipped.push_back({name, camera, found.error().message, false});
     return;
   }
-  if (!found->even_lighting && capture.boards[seen.board].target.kind == TargetKind::chessboard) {
+  if (found->unrefined > 0) {
     log_warning(
-        fmt::format("station {}, {}: the lighting could not be evened out; its corners may be biased", name, camera));
+        fmt::format("station {}, {}: {} points are left out: what is seen there does not fit them", name, camera,
+                    found->unrefined));
   }
   auto& names = input.data.placement_names;
   const auto known = std::find(names.begin(), names.end(), name);
