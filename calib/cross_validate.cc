@@ -114,9 +114,8 @@ double nominal_distance_mm(const Board& board, int a, int b) {
 // The point that lies furthest towards a direction.
 int extreme_point(const Board& board, const Eigen::Vector2d& direction) {
   const auto& points = board.nominal_mm();
-  const auto furthest = std::max_element(points.begin(), points.end(), [&](const auto& a, const auto& b) {
-    return direction.dot(a) < direction.dot(b);
-  });
+  const auto furthest = std::max_element(
+      points.begin(), points.end(), [&](const auto& a, const auto& b) { return direction.dot(a) < direction.dot(b); });
   return static_cast<int>(furthest - points.begin());
 }
 

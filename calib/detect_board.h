@@ -24,12 +24,13 @@ namespace crumple {
 struct DetectedBoard {
   std::vector<int> corners;             // Board::point indices, ascending
   std::vector<Eigen::Vector2d> pixels;  // centres of pixels are integers
-  int unrefined = 0;  // points found that are left out: no two crossing edges (calib/refine_corner.h) or no dot fit them
+  int unrefined =
+      0;  // points found that are left out: no two crossing edges (calib/refine_corner.h) or no dot fit them
   bool complete(const Board& board) const { return static_cast<int>(corners.size()) == board.point_count(); }
 };
 
-// The corners of any chessboard, printed or projected. `image` is single-channel, CV_8U or CV_16U. The error is a reason
-// without the image's name.
+// The corners of any chessboard, printed or projected. `image` is single-channel, CV_8U or CV_16U. The error is a
+// reason without the image's name.
 Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows);
 
 }  // namespace crumple

@@ -89,9 +89,10 @@ Expected<DetectedBoard> detect_coded(const cv::Mat& image, const Target& target)
       board.pixels.push_back(refined->pixel);
     }
     if (board.corners.size() < kFewestCorners) {
-      return fail(fmt::format("{} markers of the board are found, but only {} corners beside them: the image is too "
-                              "blurred, too coarse or too noisy",
-                              seen->size(), board.corners.size()));
+      return fail(
+          fmt::format("{} markers of the board are found, but only {} corners beside them: the image is too "
+                      "blurred, too coarse or too noisy",
+                      seen->size(), board.corners.size()));
     }
     return board;
   } catch (const cv::Exception& error) {

@@ -2,7 +2,8 @@
 //
 // OpenCV finds and reads the markers; those that do not lie on one plane as the target says are dropped. A marker says
 // which corners are near it, so any part of a board will do, and several boards may be in one image. Where a
-// corner lies follows from the markers beside it to a pixel or so, and from the fit of calib/refine_corner.h to its end.
+// corner lies follows from the markers beside it to a pixel or so, and from the fit of calib/refine_corner.h to its
+// end.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

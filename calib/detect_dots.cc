@@ -190,14 +190,16 @@ Expected<DetectedBoard> detect_dots(const cv::Mat& image, const Target& target) 
     const Board nominal = board_of(target);
     const auto placed = place(*found, nominal, target.columns);
     if (!placed) {
-      return fail(fmt::format("dots were found, but not where a grid of {} x {} has them", target.columns, target.rows));
+      return fail(
+          fmt::format("dots were found, but not where a grid of {} x {} has them", target.columns, target.rows));
     }
     DetectedBoard board;
     for (int i = 0; i < nominal.point_count(); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
-      const auto centre = centre_of_gravity(
-          image, placed->pixels[k],
-          radii_from_px(placed->pixel_from_board, nominal.nominal_mm()[k], nominal.disc_radius_mm()), reach_of(nominal));
+      const auto centre =
+          centre_of_gravity(image, placed->pixels[k],
+                            radii_from_px(placed->pixel_from_board, nominal.nominal_mm()[k], nominal.disc_radius_mm()),
+                            reach_of(nominal));
       if (!centre) {
         ++board.unrefined;
         continue;

@@ -10,9 +10,9 @@ namespace crumple {
 const std::vector<std::string>& dictionary_names() {
   // In the order of cv::aruco::PREDEFINED_DICTIONARY_NAME.
   static const std::vector<std::string> names = {
-      "4X4_50",    "4X4_100",  "4X4_250",  "4X4_1000",       "5X5_50",        "5X5_100",       "5X5_250",
-      "5X5_1000",  "6X6_50",   "6X6_100",  "6X6_250",        "6X6_1000",      "7X7_50",        "7X7_100",
-      "7X7_250",   "7X7_1000", "ARUCO_ORIGINAL", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h10", "APRILTAG_36h11"};
+      "4X4_50",   "4X4_100",  "4X4_250",        "4X4_1000",      "5X5_50",        "5X5_100",        "5X5_250",
+      "5X5_1000", "6X6_50",   "6X6_100",        "6X6_250",       "6X6_1000",      "7X7_50",         "7X7_100",
+      "7X7_250",  "7X7_1000", "ARUCO_ORIGINAL", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h10", "APRILTAG_36h11"};
   return names;
 }
 

@@ -33,8 +33,8 @@ struct ProjectedCorners {
   std::vector<Eigen::Vector2d> camera_pixels;
 };
 
-// `printed` are the marked points of `target` in the same camera and placement. The error is a reason without the images'
-// name.
+// `printed` are the marked points of `target` in the same camera and placement. The error is a reason without the
+// images' name.
 Expected<ProjectedCorners> detect_projected_board(const ProjectedBoardImages& images,
                                                   const ProjectedChessboard& chessboard, const Target& target,
                                                   const CornerView& printed);

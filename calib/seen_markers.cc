@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 #include <opencv2/aruco.hpp>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "calib/dictionary.h"
 #include "solvers/closed_form/homography.h"
@@ -44,28 +44,18 @@ std::map<int, Corners> read_markers(const cv::Mat& image8, const std::string& di
   return markers;
 }
 
-// The corners of a grid's markers touch the squares in the gaps: eating into the dark by a pixel parts them.
-std::map<int, Corners> read_touching_markers(const cv::Mat& image8, const std::string& dictionary) {
-  cv::Mat parted;
-  cv::dilate(image8, parted, cv::Mat::ones(3, 3, CV_8U));
-  std::map<int, Corners> markers = read_markers(parted, dictionary);
-  for (auto& [id, corners] : markers) {
-    const Eigen::Vector2d centre = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-    for (Eigen::Vector2d& corner : corners) corner += M_SQRT2 * (corner - centre).normalized();
-  }
-  return markers;
-}
-
 Error nothing_of_target(const std::map<int, Corners>& markers, const Target& target) {
   const auto all = markers_of(target);
   if (markers.empty()) {
-    return {fmt::format("no marker of the dictionary {} is found: is it the board's, and are the markers at least some "
-                        "20 px wide?",
-                        target.dictionary)};
+    return {
+        fmt::format("no marker of the dictionary {} is found: is it the board's, and are the markers at least some "
+                    "20 px wide?",
+                    target.dictionary)};
   }
-  return {fmt::format("{} markers of {} are found, such as number {}, but none of this board's, {} to {}: another "
-                      "board, or a wrong `first_id`",
-                      markers.size(), target.dictionary, markers.begin()->first, all.front().id, all.back().id)};
+  return {
+      fmt::format("{} markers of {} are found, such as number {}, but none of this board's, {} to {}: another "
+                  "board, or a wrong `first_id`",
+                  markers.size(), target.dictionary, markers.begin()->first, all.front().id, all.back().id)};
 }
 
 // The plane that most markers lie on, by RANSAC over all their corners.
@@ -94,8 +84,10 @@ Corners predicted(const Eigen::Matrix3d& h, const TargetMarker& marker, double m
   return corners;
 }
 
-// By the distance of the markers from each other, which is the pitch's, how large they are against `mark_mm`.
-double relative_side(const std::vector<SeenMarker>& seen, const std::vector<TargetMarker>& markers, double mark_mm) {
+// By the distance of the markers from each other, which is the pitch's, how large they are against `mark_mm`; 1 where
+// the markers do not lie as the target has them.
+double relative_side(const std::vector<SeenMarker>& seen, const std::vector<TargetMarker>& markers, double mark_mm,
+                     double tolerance_px) {
   Points2d centres_mm, centres;
   for (const SeenMarker& marker : seen) {
     centres_mm.emplace_back(markers[marker.index].low_mm + Eigen::Vector2d::Constant(mark_mm / 2));
@@ -103,6 +95,9 @@ double relative_side(const std::vector<SeenMarker>& seen, const std::vector<Targ
   }
   const auto h = homography(centres_mm, centres);
   if (!h) return 1;
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    if ((apply_homography(*h, centres_mm[i]) - centres[i]).norm() > tolerance_px) return 1;
+  }
   std::vector<double> ratios;
   for (const SeenMarker& marker : seen) {
     ratios.push_back(side_px(marker.corners) / side_px(predicted(*h, markers[marker.index], mark_mm)));
@@ -114,9 +109,7 @@ double relative_side(const std::vector<SeenMarker>& seen, const std::vector<Targ
 }  // namespace
 
 Expected<std::vector<SeenMarker>> see_markers(const cv::Mat& image8, const Target& target) {
-  const std::map<int, Corners> read = target.kind == TargetKind::apriltag
-                                          ? read_touching_markers(image8, target.dictionary)
-                                          : read_markers(image8, target.dictionary);
+  const std::map<int, Corners> read = read_markers(image8, target.dictionary);
   const std::vector<TargetMarker> markers = markers_of(target);
   std::vector<SeenMarker> seen;
   for (std::size_t i = 0; i < markers.size(); ++i) {
@@ -125,8 +118,15 @@ Expected<std::vector<SeenMarker>> see_markers(const cv::Mat& image8, const Targe
   }
   if (seen.empty()) return tl::unexpected(nothing_of_target(read, target));
 
-  std::vector<SeenMarker> in_place;
   const double tolerance_px = kAstray * side_px(seen[seen.size() / 2].corners);
+  const double ratio = relative_side(seen, markers, target.mark_mm, tolerance_px);
+  if (std::abs(ratio - 1) > kSideTolerance) {
+    return fail(
+        fmt::format("against their distances the markers look {:.2f} times as large as the board's {:g} mm: check "
+                    "its sizes",
+                    ratio, target.mark_mm));
+  }
+  std::vector<SeenMarker> in_place;
   if (const auto h = pixel_from_board(seen, markers, target.mark_mm, tolerance_px)) {
     for (const SeenMarker& marker : seen) {
       const Corners there = predicted(*h, markers[marker.index], target.mark_mm);
@@ -138,15 +138,10 @@ Expected<std::vector<SeenMarker>> see_markers(const cv::Mat& image8, const Targe
     }
   }
   if (static_cast<double>(in_place.size()) < kLeastInPlace * static_cast<double>(seen.size())) {
-    return fail(fmt::format("{} of the board's markers are found, but {} of them not where it has them: check its "
-                            "columns, rows, sizes and `first_id`",
-                            seen.size(), seen.size() - in_place.size()));
-  }
-  const double ratio = in_place.size() >= 4 ? relative_side(in_place, markers, target.mark_mm) : 1;
-  if (std::abs(ratio - 1) > kSideTolerance) {
-    return fail(fmt::format("against their distances the markers look {:.2f} times as large as the board's {:g} mm: check "
-                            "its sizes",
-                            ratio, target.mark_mm));
+    return fail(
+        fmt::format("{} of the board's markers are found, but {} of them not where it has them: check its "
+                    "columns, rows, sizes and `first_id`",
+                    seen.size(), seen.size() - in_place.size()));
   }
   return in_place;
 }

@@ -22,27 +22,32 @@ int marker_count(const Target& target) {
 }
 
 // The dots' distance in a staggered grid is half the pitch times the square root of two.
-double nearest_dots_mm(const Target& target) { return target.staggered ? target.pitch_mm * M_SQRT1_2 : target.pitch_mm; }
+double nearest_dots_mm(const Target& target) {
+  return target.staggered ? target.pitch_mm * M_SQRT1_2 : target.pitch_mm;
+}
 
 Expected<void> check_markers(const Target& target) {
   if (!dictionary_number(target.dictionary)) {
-    return fail(fmt::format("`{}` is no dictionary of markers: it is one of OpenCV's, such as 5X5_100 or APRILTAG_36h11",
-                            target.dictionary));
+    return fail(
+        fmt::format("`{}` is no dictionary of markers: it is one of OpenCV's, such as 5X5_100 or APRILTAG_36h11",
+                    target.dictionary));
   }
   const DictionarySize size = size_of_dictionary(target.dictionary);
   const int last = target.first_id + marker_count(target) - 1;
   if (target.first_id < 0 || last >= size.markers) {
-    return fail(fmt::format("the board's {} markers are numbered {} to {}, but the dictionary {} has 0 to {}: choose a "
-                            "larger one or a smaller board",
-                            marker_count(target), target.first_id, last, target.dictionary, size.markers - 1));
+    return fail(
+        fmt::format("the board's {} markers are numbered {} to {}, but the dictionary {} has 0 to {}: choose a "
+                    "larger one or a smaller board",
+                    marker_count(target), target.first_id, last, target.dictionary, size.markers - 1));
   }
-  const double quiet_mm = target.kind == TargetKind::charuco ? 0.5 * (target.pitch_mm - target.mark_mm)
-                                                             : target.pitch_mm - target.mark_mm;
+  const double quiet_mm =
+      target.kind == TargetKind::charuco ? 0.5 * (target.pitch_mm - target.mark_mm) : target.pitch_mm - target.mark_mm;
   const double least_mm = kLeastQuietModules * target.mark_mm / size.modules;
   if (!(target.mark_mm > 0) || quiet_mm < least_mm) {
-    return fail(fmt::format("markers of {:g} mm leave {:.2f} mm of white beside them at a pitch of {:g} mm: {:.2f} mm are "
-                            "needed",
-                            target.mark_mm, quiet_mm, target.pitch_mm, least_mm));
+    return fail(
+        fmt::format("markers of {:g} mm leave {:.2f} mm of white beside them at a pitch of {:g} mm: {:.2f} mm are "
+                    "needed",
+                    target.mark_mm, quiet_mm, target.pitch_mm, least_mm));
   }
   return {};
 }

@@ -6,7 +6,8 @@
 
 namespace crumple {
 
-TargetPrint::TargetPrint(const Target& target) : cell_mm_(target.pitch_mm) {
+TargetPrint::TargetPrint(const Target& target)
+    : cell_mm_(is_coded(target.kind) ? target.mark_mm / 8 : target.pitch_mm) {
   if (target.kind == TargetKind::chessboard || target.kind == TargetKind::charuco) add_squares(target);
   if (is_coded(target.kind)) add_markers(target);
   if (target.kind == TargetKind::apriltag) add_corner_squares(target);
@@ -37,8 +38,8 @@ void TargetPrint::add_markers(const Target& target) {
         if (modules.at<std::uint8_t>(row, first) != 0) continue;
         int end = first + 1;
         while (end < modules.cols && modules.at<std::uint8_t>(row, end) == 0) ++end;
-        boxes_.push_back({marker.low_mm + side * Eigen::Vector2d(first, row),
-                          marker.low_mm + side * Eigen::Vector2d(end, row + 1)});
+        boxes_.push_back(
+            {marker.low_mm + side * Eigen::Vector2d(first, row), marker.low_mm + side * Eigen::Vector2d(end, row + 1)});
         first = end;
       }
     }
@@ -91,7 +92,8 @@ Eigen::Vector2i TargetPrint::cell_of(const Eigen::Vector2d& at_mm) const {
 }
 
 bool TargetPrint::dark(const Eigen::Vector2d& at_mm) const {
-  const bool outside = (at_mm.array() < extent_.low_mm.array()).any() || (at_mm.array() > extent_.high_mm.array()).any();
+  const bool outside =
+      (at_mm.array() < extent_.low_mm.array()).any() || (at_mm.array() > extent_.high_mm.array()).any();
   if (outside) return false;
   const Eigen::Vector2i at = cell_of(at_mm);
   const Cell& cell = cells_[static_cast<std::size_t>(at.y() * cell_count_.x() + at.x())];

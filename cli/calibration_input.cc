@@ -211,9 +211,8 @@ void add_corners(const Capture& capture, const Sight& sight, const BoardSight& s
     return;
   }
   if (found->unrefined > 0) {
-    log_warning(
-        fmt::format("station {}, {}: {} points are left out: what is seen there does not fit them", name, camera,
-                    found->unrefined));
+    log_warning(fmt::format("station {}, {}: {} points are left out: what is seen there does not fit them", name,
+                            camera, found->unrefined));
   }
   auto& names = input.data.placement_names;
   const auto known = std::find(names.begin(), names.end(), name);

@@ -19,10 +19,10 @@ namespace fs = std::filesystem;
 // By station and camera: several boards of a station are in one image.
 using Arrows = std::map<std::pair<std::string, std::size_t>, std::vector<ResidualArrow>>;
 
-void add_arrows(const ViewSummary& view, const std::vector<Eigen::Vector2d>& pixels, std::vector<ResidualArrow>& arrows) {
+void add_arrows(const ViewSummary& view, const std::vector<Eigen::Vector2d>& pixels,
+                std::vector<ResidualArrow>& arrows) {
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    arrows.push_back(
-        {pixels[i], view.residuals_px.segment<2>(2 * static_cast<Eigen::Index>(i)), view.inlier[i] != 0});
+    arrows.push_back({pixels[i], view.residuals_px.segment<2>(2 * static_cast<Eigen::Index>(i)), view.inlier[i] != 0});
   }
 }
 
@@ -75,7 +75,8 @@ Expected<void> write_residual_files(const Capture& capture, const CalibrationInp
   if (failure) return fail(fmt::format("{} cannot be made: {}", (folder / "overlays").string(), failure.message()));
   for (const auto& [place, arrows] : arrows_of(input, calibration)) {
     const auto& [station, camera] = place;
-    if (auto done = write_picture(capture, calibration, station, camera, arrows, folder / "overlays"); !done) return done;
+    if (auto done = write_picture(capture, calibration, station, camera, arrows, folder / "overlays"); !done)
+      return done;
   }
   return {};
 }

@@ -24,7 +24,8 @@ constexpr std::size_t kDigits = 64;
 // RFC 8493, 2.1.3: these three would end a line or be taken for an escape.
 std::string encoded(const std::string& path) {
   std::string text;
-  for (const char c : path) text += c == '%' || c == '\n' || c == '\r' ? fmt::format("%{:02X}", int{c}) : std::string(1, c);
+  for (const char c : path)
+    text += c == '%' || c == '\n' || c == '\r' ? fmt::format("%{:02X}", int{c}) : std::string(1, c);
   return text;
 }
 
@@ -32,7 +33,10 @@ std::string decoded(const std::string& text) {
   std::string path;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const std::string escape = text.substr(i, 3);
-    const char c = escape == "%25" ? '%' : escape == "%0A" || escape == "%0a" ? '\n' : escape == "%0D" || escape == "%0d" ? '\r' : '\0';
+    const char c = escape == "%25"                      ? '%'
+                   : escape == "%0A" || escape == "%0a" ? '\n'
+                   : escape == "%0D" || escape == "%0d" ? '\r'
+                                                        : '\0';
     path += c == '\0' ? text[i] : c;
     if (c != '\0') i += 2;
   }
@@ -75,7 +79,8 @@ std::string oxum(const fs::path& bag, const std::vector<std::string>& files) {
 
 bool lies_in_bag(const std::string& file) {
   const fs::path path(file);
-  return path.is_relative() && std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+  return path.is_relative() &&
+         std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
 bool is_digest(const std::string& text) {
@@ -102,7 +107,8 @@ class BagChecker {
     if (listed) {
       verify(*listed, kManifest);
       for (const std::string& file : *payload) {
-        if (!listed->contains(file)) add(file, fmt::format("is not listed in {}: it was added to the bag later", kManifest));
+        if (!listed->contains(file))
+          add(file, fmt::format("is not listed in {}: it was added to the bag later", kManifest));
       }
     }
     if (fs::exists(bag_ / kTagManifest, failure)) {
@@ -202,7 +208,8 @@ class BagChecker {
 
 // A value on one line.
 std::string on_one_line(std::string text) {
-  std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');
   return text;
 }
 

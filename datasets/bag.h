@@ -28,8 +28,8 @@ struct BagInfo {
 // Makes a bag of a folder that holds a payload in data/.
 Expected<void> write_bag_tags(const std::filesystem::path& bag, const BagInfo& info);
 
-// What keeps a bag from being complete and valid, each file named: missing, changed, not in the manifest; tag files that
-// are missing or damaged. Links are not followed: a payload lies in the bag.
+// What keeps a bag from being complete and valid, each file named: missing, changed, not in the manifest; tag files
+// that are missing or damaged. Links are not followed: a payload lies in the bag.
 std::vector<Finding> check_bag(const std::filesystem::path& bag);
 
 }  // namespace crumple

@@ -124,12 +124,10 @@ void draw_footer(cairo_t* context, const Target& target, const PaperSize& paper,
 Expected<PaperSize> choose_paper(const std::string& paper, const Target& target) {
   if (const auto sound = checked(target); !sound) return tl::unexpected(sound.error());
   const Eigen::Vector2d need = needed(target);
-  const auto fits = [&](const PaperSize& size) {
-    return size.width_mm >= need.x() && size.height_mm >= need.y();
-  };
+  const auto fits = [&](const PaperSize& size) { return size.width_mm >= need.x() && size.height_mm >= need.y(); };
   const auto too_small = [&] {
-    return fail(fmt::format("The board needs {:g} x {:g} mm of paper, which {} does not have.", need.x(), need.y(),
-                            paper));
+    return fail(
+        fmt::format("The board needs {:g} x {:g} mm of paper, which {} does not have.", need.x(), need.y(), paper));
   };
   if (const auto custom = custom_paper(paper)) return fits(*custom) ? Expected<PaperSize>(*custom) : too_small();
   bool known = paper == "auto";

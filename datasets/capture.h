@@ -100,8 +100,8 @@ std::string frame_words(const FrameContent& content);
 // Validates a description's text; `images` is as written there. Errors name the file, line and column.
 Expected<Capture> parse_capture(const std::string& text, const std::string& file_name);
 
-// Reads and validates a description, or the one in a capture's folder or bag (datasets/bag.h); images are looked for in `images` where given, else in the folder the description
-// names, else beside it.
+// Reads and validates a description, or the one in a capture's folder or bag (datasets/bag.h); images are looked for in
+// `images` where given, else in the folder the description names, else beside it.
 Expected<Capture> read_capture(const std::filesystem::path& description,
                                const std::optional<std::filesystem::path>& images = {});
 

@@ -15,8 +15,8 @@
 
 namespace crumple {
 
-// Warning: something moved by 0.15 px or more between two pairs, or crept as far over several; error: by 0.7 px or more.
-// The frames are named. Those without an image are passed over; `full_scale` as in SequenceSetup.
+// Warning: something moved by 0.15 px or more between two pairs, or crept as far over several; error: by 0.7 px or
+// more. The frames are named. Those without an image are passed over; `full_scale` as in SequenceSetup.
 std::vector<Finding> check_motion(const std::vector<ShownFrame>& frames, double full_scale, const std::string& where);
 
 // How far `to` is shifted against `from` where it is: the median over the blocks that moved, px; 0 where too few did.

@@ -57,7 +57,8 @@ cv::Mat residual_overlay(const cv::Mat& image, const std::vector<ResidualArrow>&
   const std::string legend = fmt::format("residuals x {:g}; the line is one sigma, {:.3f} px:", enlargement, sigma_px);
   write(legend, 2);
   const int width = cv::getTextSize(legend, cv::FONT_HERSHEY_SIMPLEX, text_scale, thickness, nullptr).width;
-  draw_arrow(canvas, Eigen::Vector2d(1.3 * line_px + width, 1.75 * line_px), {enlargement * sigma_px, 0}, ink, thickness);
+  draw_arrow(canvas, Eigen::Vector2d(1.3 * line_px + width, 1.75 * line_px), {enlargement * sigma_px, 0}, ink,
+             thickness);
   return canvas;
 }
 

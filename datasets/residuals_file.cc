@@ -33,11 +33,11 @@ std::string residuals_csv(const Calibration& calibration, const Observations& ob
     for (std::size_t i = 0; i < seen[v].pixels.size(); ++i) {
       const Eigen::Index row = dimension * static_cast<Eigen::Index>(i);
       const std::string second = dimension == 2 ? fmt::format("{:.6f}", view.residuals_px[row + 1]) : "";
-      text += fmt::format("{},{},{},{},{},{:.4f},{:.4f},{:.6f},{},{}\n", calibration.placement_names[view.placement],
-                          sensors[seen[v].camera].name, sensors[view.sensor].name, name_of(view.kind),
-                          seen[v].corners != nullptr ? (*seen[v].corners)[i] : static_cast<int>(i),
-                          seen[v].pixels[i].x(), seen[v].pixels[i].y(), view.residuals_px[row], second,
-                          view.inlier[i] != 0 ? 1 : 0);
+      text +=
+          fmt::format("{},{},{},{},{},{:.4f},{:.4f},{:.6f},{},{}\n", calibration.placement_names[view.placement],
+                      sensors[seen[v].camera].name, sensors[view.sensor].name, name_of(view.kind),
+                      seen[v].corners != nullptr ? (*seen[v].corners)[i] : static_cast<int>(i), seen[v].pixels[i].x(),
+                      seen[v].pixels[i].y(), view.residuals_px[row], second, view.inlier[i] != 0 ? 1 : 0);
     }
   }
   return text;

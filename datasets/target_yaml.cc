@@ -20,7 +20,8 @@ TargetKind read_kind(YamlMap& map) {
 }
 
 void read_marker_keys(YamlMap& map, Target& target) {
-  target.mark_mm = required_number(map, "marker_mm", "the side of a marker, its dark border included", 0.1, kLargest_mm);
+  target.mark_mm =
+      required_number(map, "marker_mm", "the side of a marker, its dark border included", 0.1, kLargest_mm);
   if (const auto dictionary = map.require("dictionary", "of the markers, such as 5X5_100 or APRILTAG_36h11")) {
     target.dictionary = dictionary->text();
   }

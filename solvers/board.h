@@ -1,8 +1,8 @@
 // The calibration board: marked points on a plane sheet, slightly bent.
 //
-// A marked point is where corners meet, or the centre of a disc. Board frame, mm: the points lie in z = 0 where the sheet
-// is flat; z = x cross y points into the board, away from a camera that sees x to the right and y down. On grids the
-// origin is the first point, x runs along its row and y along its column.
+// A marked point is where corners meet, or the centre of a disc. Board frame, mm: the points lie in z = 0 where the
+// sheet is flat; z = x cross y points into the board, away from a camera that sees x to the right and y down. On grids
+// the origin is the first point, x runs along its row and y along its column.
 //
 // True lengths are the nominal ones times `scale`: one number that images alone can never tell (a larger board further
 // away looks the same), so it is 1, or estimated under the prior of the board's certificate (calib/certificate.h).
@@ -50,7 +50,7 @@ class Board {
 
   std::vector<Eigen::Vector2d> points_mm_;
   double disc_radius_mm_ = 0;
-  Eigen::Vector2d centre_mm_ = Eigen::Vector2d::Zero();      // of the points' bounding box, nominal
+  Eigen::Vector2d centre_mm_ = Eigen::Vector2d::Zero();  // of the points' bounding box, nominal
   Eigen::Vector2d half_size_mm_ = Eigen::Vector2d::Ones();
 };
 

@@ -52,9 +52,8 @@ CentroidDerivative centroid_with_derivative(const DiscOutline& outline) {
     const Eigen::Vector2d& after = about[(i + 1) % kCount];
     // d cross(here, after) / d here = (after.y, -after.x); d cross(before, here) / d here = (-before.y, before.x).
     const Eigen::RowVector2d d_after(after.y(), -after.x()), d_before(-before.y(), before.x());
-    const Eigen::Matrix2d d_moment =
-        (here + after) * d_after + (before + here) * d_before +
-        (cross(here, after) + cross(before, here)) * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d d_moment = (here + after) * d_after + (before + here) * d_before +
+                                     (cross(here, after) + cross(before, here)) * Eigen::Matrix2d::Identity();
     result.d_vertex[i] = d_moment / (3 * twice_area);
   }
   return result;

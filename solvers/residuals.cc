@@ -140,10 +140,9 @@ class CornerResiduals final : public View {
   const CornerView& view_;
 };
 
-std::vector<BlockId> transfer_blocks(std::size_t source, std::size_t target, std::size_t placement,
-                                     std::size_t board) {
-  return {{BlockId::Kind::lens, source},  {BlockId::Kind::mount, source}, {BlockId::Kind::lens, target},
-          {BlockId::Kind::mount, target}, {BlockId::Kind::warp, board},   {BlockId::Kind::scale, board},
+std::vector<BlockId> transfer_blocks(std::size_t source, std::size_t target, std::size_t placement, std::size_t board) {
+  return {{BlockId::Kind::lens, source},        {BlockId::Kind::mount, source}, {BlockId::Kind::lens, target},
+          {BlockId::Kind::mount, target},       {BlockId::Kind::warp, board},   {BlockId::Kind::scale, board},
           {BlockId::Kind::placement, placement}};
 }
 

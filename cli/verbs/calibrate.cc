@@ -127,8 +127,8 @@ Verb calibrate_verb() {
               "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "overlays", "truth",
-                    "threads", "overwrite", "json"},
+          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "overlays",
+                    "truth", "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};
 }

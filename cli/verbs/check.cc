@@ -64,7 +64,8 @@ Verb check_verb() {
           .purpose = "say what is wrong with a capture, file by file",
           .usage = "CAPTURE.yaml [--flags]",
           .description =
-              "Verifies every file of a BagIt bag against its manifest, then reads every image of every station that is not excluded: missing, empty or truncated files, "
+              "Verifies every file of a BagIt bag against its manifest, then reads every image of every station that "
+              "is not excluded: missing, empty or truncated files, "
               "wrong sizes and depths, dark or saturated frames, frames out of order, stations with the same "
               "images. Exit code 3 where there is an error; warnings alone leave it at 0.",
           .example =

@@ -26,7 +26,8 @@ DEFINE_string(board_kind, "chessboard", "chessboard, charuco, apriltag or dots")
 DEFINE_int32(board_columns, 10, "inner corners, markers or dots of the board along a row");
 DEFINE_int32(board_rows, 7, "inner corners, markers or dots of the board along a column");
 DEFINE_double(board_pitch_mm, 20, "distance of neighbouring corners, markers or dots, mm");
-DEFINE_double(board_mark_mm, 0, "side of a marker or diameter of a dot, mm; 0: a share of the pitch that suits the kind");
+DEFINE_double(board_mark_mm, 0,
+              "side of a marker or diameter of a dot, mm; 0: a share of the pitch that suits the kind");
 DEFINE_string(board_dictionary, "", "of the markers, such as 5X5_100; empty: 5X5_250 or, of apriltag, APRILTAG_36h11");
 DEFINE_int32(board_first_id, 0, "number of the first marker: boards in one capture must not share any");
 DEFINE_bool(board_staggered, false, "dots: every second row shifted by half a pitch");
@@ -159,9 +160,26 @@ Verb patterns_verb() {
               "   90.00 deg: 10 bits, stripes of 1 px\n",
           .min_inputs = 0,
           .max_inputs = 0,
-          .flags = {"out", "width_px", "height_px", "orientations_deg", "stripe_width_px", "bits", "code_offset",
-                    "inverse", "board", "board_kind", "board_columns", "board_rows", "board_pitch_mm", "board_mark_mm",
-                    "board_dictionary", "board_first_id", "board_staggered", "paper", "overwrite", "json"},
+          .flags = {"out",
+                    "width_px",
+                    "height_px",
+                    "orientations_deg",
+                    "stripe_width_px",
+                    "bits",
+                    "code_offset",
+                    "inverse",
+                    "board",
+                    "board_kind",
+                    "board_columns",
+                    "board_rows",
+                    "board_pitch_mm",
+                    "board_mark_mm",
+                    "board_dictionary",
+                    "board_first_id",
+                    "board_staggered",
+                    "paper",
+                    "overwrite",
+                    "json"},
           .required = {"out"},
           .run = run};
 }

@@ -101,12 +101,7 @@ double Surface::distance_mm(const Eigen::Vector3d& point) const {
 
 BoardPlate::BoardPlate(const Target& target, const Eigen::Vector2d& warp_mm, double margin_mm, const Material& white,
                        const Material& black)
-    : target_(target),
-      print_(target),
-      board_(board_of(target)),
-      margin_mm_(margin_mm),
-      white_(white),
-      black_(black) {
+    : target_(target), print_(target), board_(board_of(target)), margin_mm_(margin_mm), white_(white), black_(black) {
   board_.warp_mm = warp_mm;
 }
 
@@ -115,9 +110,7 @@ Extent BoardPlate::extent() const {
   return {print_.extent().low_mm - margin, print_.extent().high_mm + margin};
 }
 
-Material BoardPlate::material(double x, double y) const {
-  return print_.dark({x, y}) ? black_ : white_;
-}
+Material BoardPlate::material(double x, double y) const { return print_.dark({x, y}) ? black_ : white_; }
 
 Panel::Panel(PanelShape shape, const Material& paint) : shape_(std::move(shape)), paint_(paint) {
   for (const Crease& crease : shape_.creases) {

@@ -70,8 +70,7 @@ TEST(DetectBoard, FindsABoardThatTellsItsEndsApartAtAnyTurn) {
 
 TEST(DetectBoard, ASymmetricPrintIsReadWithXToTheRight) {
   for (const double angle_deg : {0.0, 180.0, 30.0}) {
-    const auto found =
-        detect_grid(place(drawing(9, 7), angle_deg * M_PI / 180, 0.6, {0, 0}, {800, 700}).image, 9, 7);
+    const auto found = detect_grid(place(drawing(9, 7), angle_deg * M_PI / 180, 0.6, {0, 0}, {800, 700}).image, 9, 7);
     ASSERT_TRUE(found);
     EXPECT_GT(found->pixels[8].x(), found->pixels[0].x());
   }

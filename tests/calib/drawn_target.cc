@@ -37,8 +37,8 @@ Eigen::Vector2d interpolated(const cv::Mat2d& met, const Eigen::Vector2d& pixel)
   const Eigen::Vector2d at = (pixel + Eigen::Vector2d::Ones()) / kStep_px;
   const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
   const double u = at.x() - x, v = at.y() - y;
-  const cv::Vec2d value = (1 - v) * ((1 - u) * met(y, x) + u * met(y, x + 1)) +
-                          v * ((1 - u) * met(y + 1, x) + u * met(y + 1, x + 1));
+  const cv::Vec2d value =
+      (1 - v) * ((1 - u) * met(y, x) + u * met(y, x + 1)) + v * ((1 - u) * met(y + 1, x) + u * met(y + 1, x + 1));
   return {value[0], value[1]};
 }
 
@@ -57,8 +57,9 @@ void draw_target(const Target& target, const Lens& lens, const Pose& camera_from
       if ((middle < low).any() || (middle > high).any()) continue;
       int dark = 0;
       for (int i = 0; i < kSamples * kSamples; ++i) {
-        const Eigen::Vector2d inside((i % kSamples + 0.5) / kSamples - 0.5, (i / kSamples + 0.5) / kSamples - 0.5);
-        dark += print.dark(interpolated(met, Eigen::Vector2d(x, y) + inside)) ? 1 : 0;
+        // Rows are shifted against each other, so that an edge along the columns does not meet eight samples at once.
+        const double row = (i / kSamples + 0.5) / kSamples, column = (i % kSamples + row) / kSamples;
+        dark += print.dark(interpolated(met, Eigen::Vector2d(x + column - 0.5, y + row - 0.5))) ? 1 : 0;
       }
       scene(y, x) = kWhite + (kBlack - kWhite) * static_cast<float>(dark) / (kSamples * kSamples);
     }
@@ -94,18 +95,18 @@ Pose drawing_pose(const Target& target, double distance_mm, const Eigen::Vector3
 
 Eigen::Vector2d true_pixel(const Board& board, int index, const Lens& lens, const Pose& camera_from_board) {
   if (!board.has_discs()) return lens.project(camera_from_board * board.point(index));
-  constexpr int kRings = 40, kSpokes = 48;
+  constexpr int kRings = 24, kSpokes = 32;  // of equal areas
   const Eigen::Matrix<double, 3, 2> in_plane = camera_from_board.rotation.toRotationMatrix().leftCols<2>();
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
   double area = 0;
   for (int ring = 0; ring < kRings; ++ring) {
-    const double radius = board.disc_radius_mm() * (ring + 0.5) / kRings;
+    const double radius = board.disc_radius_mm() * std::sqrt((ring + 0.5) / kRings);
     for (int spoke = 0; spoke < kSpokes; ++spoke) {
       const double angle = 2 * std::numbers::pi * spoke / kSpokes;
       const Eigen::Vector2d nominal = board.nominal_mm()[static_cast<std::size_t>(index)] +
                                       radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
       const Projection projection = lens.project_with_gradients(camera_from_board * board.on_surface(nominal));
-      const double weight = radius * (projection.d_point * in_plane).determinant();
+      const double weight = (projection.d_point * in_plane).determinant();
       moment += weight * projection.pixel;
       area += weight;
     }

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/target_print.h"
 #include "tests/temporary_folder.h"
 
 namespace crumple {
@@ -43,6 +44,52 @@ TEST(BoardPdf, CornersLieAtThePitchOnPaper) {
   EXPECT_EQ(image.at<uchar>(inside), 0);
 }
 
+class EveryTargetOnPaper : public testing::TestWithParam<Target> {};
+
+// Every pixel that is not on an edge, against the shapes.
+TEST_P(EveryTargetOnPaper, IsDarkWhereItShouldBe) {
+  if (std::system("pdftoppm -v 2>/dev/null") != 0) GTEST_SKIP() << "poppler-utils is not installed";
+  const TemporaryFolder home;
+  const auto paper = choose_paper("auto", GetParam()).value();
+  ASSERT_TRUE(write_board_pdf(home / "b.pdf", GetParam(), paper));
+  constexpr double px_per_mm = 254 / 25.4;
+  const std::string command =
+      "pdftoppm -r 254 -gray '" + (home / "b.pdf").string() + "' '" + (home / "b").string() + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const cv::Mat image = cv::imread((home / "b-1.pgm").string(), cv::IMREAD_GRAYSCALE);
+  const TargetPrint print(GetParam());
+  const Eigen::Vector2d low = print.extent().low_mm, size = print.extent().high_mm - low;
+  constexpr double footer_mm = 18, edge_mm = 0.11;
+  const Eigen::Vector2d corner = 0.5 * (Eigen::Vector2d(paper.width_mm, paper.height_mm - footer_mm) - size);
+  int compared = 0, dark = 0;
+  for (int y = 0; y < size.y() * px_per_mm; y += 3) {
+    for (int x = 0; x < size.x() * px_per_mm; x += 3) {
+      const Eigen::Vector2d at(x / px_per_mm, y / px_per_mm);
+      const bool expected = print.dark(low + at);
+      bool clear = true;
+      for (const double dx : {-edge_mm, edge_mm}) {
+        for (const double dy : {-edge_mm, edge_mm}) {
+          clear = clear && print.dark(low + at + Eigen::Vector2d(dx, dy)) == expected;
+        }
+      }
+      if (!clear) continue;
+      const Eigen::Vector2d pixel = (corner + at) * px_per_mm;
+      const auto value = image.at<std::uint8_t>(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
+      ASSERT_EQ(value < 128, expected) << at.transpose();
+      ++compared;
+      dark += expected ? 1 : 0;
+    }
+  }
+  EXPECT_GT(compared, 10000);
+  EXPECT_GT(dark, compared / 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Targets, EveryTargetOnPaper,
+                         testing::Values(Target{6, 5, 20}, Target{6, 5, 20, TargetKind::charuco, 15, "5X5_100", 7},
+                                         Target{4, 3, 30, TargetKind::apriltag, 24, "APRILTAG_36h11"},
+                                         Target{6, 5, 20, TargetKind::dots, 10},
+                                         Target{4, 7, 30, TargetKind::dots, 10, {}, 0, true}));
+
 TEST(BoardPdf, SaysHowToPrintIt) {
   const TemporaryFolder home;
   const Target board{6, 9, 10};
@@ -51,7 +98,7 @@ TEST(BoardPdf, SaysHowToPrintIt) {
   if (std::system("pdftotext -v 2>/dev/null") != 0) GTEST_SKIP() << "poppler-utils is not installed";
   ASSERT_EQ(std::system(command.c_str()), 0);
   EXPECT_THAT(content_of(home / "b.txt"), HasSubstr("Print at 100 %"));
-  EXPECT_THAT(content_of(home / "b.txt"), HasSubstr("6 x 9 inner corners, pitch 10 mm"));
+  EXPECT_THAT(content_of(home / "b.txt"), HasSubstr("chessboard, 6 x 9 inner corners, pitch 10 mm"));
 }
 
 TEST(BoardPdf, SameInputSameBytes) {

@@ -12,7 +12,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 std::filesystem::path fixture(int version) {
-  return std::filesystem::path(CRUMPLE_SOURCE_DIR) / ("tests/data/captures/version_" + std::to_string(version) + ".yaml");
+  return std::filesystem::path(CRUMPLE_SOURCE_DIR) /
+         ("tests/data/captures/version_" + std::to_string(version) + ".yaml");
 }
 
 TEST(CaptureVersions, OneIsRead) {
@@ -72,9 +73,11 @@ TEST(CaptureVersions, BoardsAreChecked) {
   EXPECT_THAT(error_with("pitch_sigma_mm: 0.002", "pitch_sigma_mm: 0"), HasSubstr("pitch_sigma_mm"));
   EXPECT_THAT(error_with("boards: [large, spots]", "boards: [huge]"), HasSubstr("there is no board `huge`"));
   EXPECT_THAT(error_with("temperature_sigma_k: 0.5\n", ""), HasSubstr("temperature_sigma_k"));
-  EXPECT_THAT(error_with("kind: apriltag, markers: [5, 4], pitch_mm: 40, marker_mm: 32, dictionary: APRILTAG_36h11, first_id: 100",
-                         "kind: apriltag, markers: [5, 4], pitch_mm: 40, marker_mm: 32, dictionary: 5X5_100, first_id: 20"),
-              HasSubstr("has markers in common with `large`"));
+  EXPECT_THAT(
+      error_with(
+          "kind: apriltag, markers: [5, 4], pitch_mm: 40, marker_mm: 32, dictionary: APRILTAG_36h11, first_id: 100",
+          "kind: apriltag, markers: [5, 4], pitch_mm: 40, marker_mm: 32, dictionary: 5X5_100, first_id: 20"),
+      HasSubstr("has markers in common with `large`"));
 }
 
 }  // namespace

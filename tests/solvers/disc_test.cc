@@ -20,9 +20,7 @@ DiscOutline bent(const DiscOutline& outline) {
   return image;
 }
 
-TEST(Disc, CentroidOfAnUnbentOutlineIsItsCentre) {
-  EXPECT_LT(centroid(disc_outline(3)).norm(), 1e-15);
-}
+TEST(Disc, CentroidOfAnUnbentOutlineIsItsCentre) { EXPECT_LT(centroid(disc_outline(3)).norm(), 1e-15); }
 
 TEST(Disc, DerivativesMatchCentralDifferences) {
   const DiscOutline image = bent(disc_outline(5));
@@ -44,7 +42,9 @@ TEST(Disc, PredictsTheCentreOfGravityOfTheImage) {
   const Lens lens =
       Lens::create("LENSMODEL_OPENCV5", {1280, 960}, {1400, 1400, 640, 480, -0.2, 0.1, 1e-3, -1e-3, 0}).value();
   const double c = std::numbers::sqrt2 / 2;
-  const auto in_camera = [&](const Eigen::Vector2d& p) { return Eigen::Vector3d(110 + c * p.x(), 60 + p.y(), 500 + c * p.x()); };
+  const auto in_camera = [&](const Eigen::Vector2d& p) {
+    return Eigen::Vector3d(110 + c * p.x(), 60 + p.y(), 500 + c * p.x());
+  };
   Eigen::Matrix<double, 3, 2> in_plane;
   in_plane << c, 0, 0, 1, c, 0;
   for (const double radius : {2.0, 5.0, 10.0}) {
