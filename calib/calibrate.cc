@@ -15,7 +15,12 @@ constexpr double kFlatBoards = 1e-3;  // the probability that flat boards seem w
 
 std::vector<Board> nominal_boards(const CalibrationData& data) {
   std::vector<Board> boards;
-  for (const BoardSpec& spec : data.boards) boards.push_back(board_of(spec.target, spec.name));
+  for (const BoardSpec& spec : data.boards) {
+    boards.push_back(board_of(spec.target, spec.name));
+    if (spec.certificate) {
+      boards.back().scale = scale_prior(*spec.certificate, spec.target.pitch_mm, data.temperature).scale;
+    }
+  }
   return boards;
 }
 
@@ -118,6 +123,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   auto calibration = refine_shape(refined_start, data.observations, options.warp, bundle_options);
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
+  calibration->scale = scale_uncertainty(data.boards, data.board_of, data.temperature);
   calibration->start = *start;
   return calibration;
 }
@@ -141,6 +147,9 @@ RigCovariance rig_covariance(const BundleResult& bundle) {
 Rig calibrated_rig(const Calibration& calibration) {
   Rig rig = calibration.bundle.state.rig;
   rig.covariance = rig_covariance(calibration.bundle);
+  if (calibration.scale) {
+    rig.covariance = with_scale_uncertainty(rig.covariance, calibration.bundle.state, calibration.scale->relative);
+  }
   for (const GroupSummary& group : calibration.bundle.groups) {
     rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
   }

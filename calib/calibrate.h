@@ -9,6 +9,7 @@
 
 #include "calib/board_spec.h"
 #include "calib/initial_rig.h"
+#include "calib/scale_uncertainty.h"
 #include "solvers/bundle.h"
 
 namespace crumple {
@@ -17,7 +18,8 @@ namespace crumple {
 struct CalibrationData {
   std::vector<SensorSpec> sensors;
   std::vector<BoardSpec> boards;
-  std::vector<std::size_t> board_of;  // the board each placement is of
+  std::vector<std::size_t> board_of;            // the board each placement is of
+  std::optional<Temperature> temperature = {};  // of the boards
   std::vector<std::string> placement_names;
   Observations observations;
   std::vector<PixelPairs> pairs;  // for the projectors' start
@@ -37,8 +39,9 @@ struct Calibration {
   CalibrationState start;  // the closed forms
   BundleResult bundle;
   bool warp_estimated = false;
-  double warp_statistic = 0;    // where it was tried
-  double stripe_inflation = 1;  // stripe readings that count as one (calib/correlation.h)
+  double warp_statistic = 0;                   // where it was tried
+  double stripe_inflation = 1;                 // stripe readings that count as one (calib/correlation.h)
+  std::optional<ScaleUncertainty> scale = {};  // none: unknown
 };
 
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options);
@@ -46,10 +49,10 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
 // The data without one placement, for cross-validation.
 CalibrationData without_placement(const CalibrationData& data, std::size_t placement);
 
-// Rows and columns of the joint covariance that belong to the rig, by name.
+// The joint covariance of what is common to all placements, by name. It knows nothing of the scale.
 RigCovariance rig_covariance(const BundleResult& bundle);
 
-// The estimated rig with its covariance and each group's sigma.
+// The estimated rig with its covariance, the scale's share included where it is known, and each group's sigma.
 Rig calibrated_rig(const Calibration& calibration);
 
 }  // namespace crumple

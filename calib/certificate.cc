@@ -14,11 +14,6 @@ ScalePrior scale_prior(const BoardCertificate& certificate, double pitch_mm,
   return {1 + *certificate.expansion_per_k * warmer_k, std::hypot(certified, by_temperature, by_expansion)};
 }
 
-std::optional<double> warp_prior_sigma_mm(const BoardCertificate& certificate) {
-  if (!certificate.flatness_mm) return std::nullopt;
-  return *certificate.flatness_mm / std::sqrt(3.0);
-}
-
 std::string missing_in(const BoardCertificate& certificate, const std::optional<Temperature>& capture) {
   if (!certificate.expansion_per_k) return "the board's thermal expansion is not stated";
   if (!capture) return "the temperature during the capture is not stated";

@@ -3,7 +3,7 @@
 // Images alone cannot tell a board's scale. A certificate can: the mean pitch with its standard uncertainty at a
 // temperature. At the capture's temperature T the true pitch is the nominal one times
 //   scale = 1 + alpha (T - T0),   u^2 = (u_pitch / pitch)^2 + (alpha u_T)^2 + ((T - T0) u_alpha)^2,
-// which enters the joint refinement as a parameter with this prior. What is not known is said, never taken for zero.
+// see calib/scale_uncertainty.h. What is not known is said, never taken for zero.
 #pragma once
 
 #include <optional>
@@ -32,9 +32,6 @@ struct ScalePrior {
 
 // `capture` and the expansion are needed together: without either the scale is the certificate's, at its temperature.
 ScalePrior scale_prior(const BoardCertificate& certificate, double pitch_mm, const std::optional<Temperature>& capture);
-
-// Of each warp term: anything within the flatness is equally likely (a rectangular distribution of this half width).
-std::optional<double> warp_prior_sigma_mm(const BoardCertificate& certificate);
 
 // What the prior does not contain, in words; empty where it is complete.
 std::string missing_in(const BoardCertificate& certificate, const std::optional<Temperature>& capture);

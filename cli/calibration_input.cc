@@ -237,6 +237,7 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
   CalibrationInput input;
   input.data.sensors = *sensors;
   input.data.boards = capture.boards;
+  input.data.temperature = capture.record.temperature;
 
   std::vector<Sight> sights;
   for (const Station& station : capture.stations) {

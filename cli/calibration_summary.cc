@@ -67,7 +67,8 @@ json sensor_json(const Calibration& calibration, std::size_t index) {
 json board_json(const Calibration& calibration, const Board& board) {
   return {{"warp_estimated", calibration.warp_estimated},
           {"warp_statistic", calibration.warp_statistic},
-          {"warp_mm", {board.warp_mm.x(), board.warp_mm.y()}}};
+          {"warp_mm", {board.warp_mm.x(), board.warp_mm.y()}},
+          {"scale", board.scale}};
 }
 
 json views_json(const Calibration& calibration) {
@@ -111,9 +112,13 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
                {"views", views_json(calibration)},
                {"skipped", json::array()},
                {"stripe_inflation", calibration.stripe_inflation},
-               {"scale_uncertainty", "unknown: the board has no certificate"},
                {"condition", calibration.bundle.covariance.condition()},
                {"weakest_direction", calibration.bundle.covariance.weakest_direction()}};
+  summary["scale_uncertainty"] =
+      calibration.scale ? json(calibration.scale->relative) : json("unknown: the board has no certificate");
+  if (calibration.scale && !calibration.scale->missing.empty()) {
+    summary["scale_uncertainty_lacks"] = calibration.scale->missing;
+  }
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
     summary["sensors"][state.rig.sensors[s].name] = sensor_json(calibration, s);
   }
@@ -163,7 +168,11 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
                                                      board.warp_mm.x(), board.warp_mm.y(), calibration.warp_statistic)
                                        : fmt::format("{}: taken as flat\n", board.name);
   }
-  return text + "scale uncertainty: unknown, the board has no certificate\n";
+  if (!calibration.scale) return text + "scale uncertainty: unknown, the board has no certificate\n";
+  text +=
+      fmt::format("scale: relative uncertainty {:.3g} (k = 1) by the board's certificate", calibration.scale->relative);
+  const std::string& missing = calibration.scale->missing;
+  return text + (missing.empty() ? "\n" : fmt::format("; it lacks a part, for {}\n", missing));
 }
 
 json cross_validation_summary(const CrossValidation& validation) {

@@ -5,7 +5,7 @@
 // the origin is the first point, x runs along its row and y along its column.
 //
 // True lengths are the nominal ones times `scale`: one number that images alone can never tell (a larger board further
-// away looks the same), so it is 1, or estimated under the prior of the board's certificate (calib/certificate.h).
+// away looks the same), so it is 1, or what the board's certificate says (calib/certificate.h).
 // Shape (mrcal's): z(x, y) = warp_x (1 - u^2) + warp_y (1 - v^2), u and v running from -1 to 1 between the outermost
 // points along x and y; both warp terms in mm.
 #pragma once
