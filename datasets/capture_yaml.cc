@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <unordered_set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,12 +19,7 @@ namespace crumple {
 namespace {
 
 constexpr const char* kSchema = "crumple-capture/1";
-
-// Station names end up in file names, of images and of results.
-bool is_station_name(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." &&
-         std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= 0x20 && c != '/' && c != '\\'; });
-}
+constexpr std::size_t kMostImages = 1000000;  // of one camera
 
 // Where each camera's `files` stands, for what can only be checked once frames and stations are known.
 using FilesValues = std::map<std::string, YamlValue>;
@@ -118,7 +114,10 @@ Station read_station(const YamlValue& value, bool has_board) {
       station.board = board->boolean();
       if (station.board && !has_board) board->problem("is true, but no `board` is described: add one");
     }
-    if (const auto name = map.find("name_in_files")) station.name_in_files = name->text();
+    if (const auto name = map.find("name_in_files")) {
+      station.name_in_files = name->text();
+      if (!stays_below(station.name_in_files)) name->problem("is a path that stays below the image folder");
+    }
     map.finish();
   }
   if (!station.id.empty() && !is_station_name(station.id)) {
@@ -177,7 +176,10 @@ void read_exclusions(const YamlValue& value, Capture& capture) {
 }
 
 void read_frame_names(const YamlValue& value, Capture& capture) {
-  for (const YamlValue& item : value.list()) capture.frame_names.push_back(item.text());
+  for (const YamlValue& item : value.list()) {
+    capture.frame_names.push_back(item.text());
+    if (!stays_below(capture.frame_names.back())) item.problem("is a path that stays below the image folder");
+  }
   if (capture.frame_names.size() != capture.frames.size()) {
     value.problem(fmt::format("has {} names for {} frames: give one for each, in their order, none for unused ones",
                               capture.frame_names.size(), capture.frames.size()));
@@ -208,7 +210,30 @@ void check_templates(const FilesValues& files_values, const Capture& capture) {
   }
 }
 
-void read_root(const YamlValue& root, Capture& capture) {
+// What the templates alone do not show: "{station}{frame}" takes station 1's frame 12 for station 11's frame 2.
+void check_image_names(const FilesValues& files_values, const Capture& capture) {
+  std::unordered_set<std::string> seen;
+  for (const auto& [camera, value] : files_values) {
+    if (capture.stations.size() > kMostImages / capture.frames.size()) {
+      return value.problem(fmt::format("stands for more than {} images: split the capture", kMostImages));
+    }
+    const FileNaming& naming = capture.files.at(camera);
+    const FileTemplate names = *FileTemplate::parse(naming.path_template);
+    for (const Station& station : capture.stations) {
+      const std::string& in_files = station.name_in_files.empty() ? station.id : station.name_in_files;
+      for (std::size_t i = 0; i < capture.frames.size(); ++i) {
+        const std::string frame_name = capture.frame_names.empty() ? "" : capture.frame_names[i];
+        const std::string name =
+            names.expand({in_files, camera, naming.frame_offset + capture.frame_numbers[i], frame_name});
+        if (seen.insert(name).second) continue;
+        return value.problem(
+            fmt::format("names two images {}: set the placeholders apart, as in {{station}}_{{frame}}", name));
+      }
+    }
+  }
+}
+
+FilesValues read_root(const YamlValue& root, Capture& capture) {
   YamlMap map = root.map();
   if (const auto schema = map.require("schema", std::string("write `schema: ") + kSchema + "`")) {
     schema->one_of({kSchema});
@@ -229,6 +254,7 @@ void read_root(const YamlValue& root, Capture& capture) {
   if (const auto exclude = map.find("exclude")) read_exclusions(*exclude, capture);
   check_templates(files_values, capture);
   map.finish();
+  return files_values;
 }
 
 }  // namespace
@@ -238,7 +264,8 @@ Expected<Capture> parse_capture(const std::string& text, const std::string& file
   if (!document) return tl::unexpected(document.error());
   YamlProblems problems(file_name);
   Capture capture;
-  read_root(YamlValue(*document, "", &problems), capture);
+  const FilesValues files_values = read_root(YamlValue(*document, "", &problems), capture);
+  if (!problems.error()) check_image_names(files_values, capture);
   if (auto error = problems.error()) return tl::unexpected<Error>(*error);
   return capture;
 }
