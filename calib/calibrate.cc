@@ -46,7 +46,7 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
     if (!bent && warp == WarpChoice::on) return tl::unexpected(bent.error());
     statistic = bent ? wald_statistic(*bent) : 0;
     if (warp == WarpChoice::on || statistic > kSignificantWarp) {
-      return Calibration{{}, start, std::move(*bent), true, statistic, options.stripe_inflation};
+      return Calibration{{}, start, std::move(*bent), true, statistic, {}};
     }
   }
   CalibrationState flat_start = start;
@@ -54,7 +54,7 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
   options.estimate_warp = false;
   auto flat = refine(flat_start, observations, options);
   if (!flat) return tl::unexpected(flat.error());
-  return Calibration{{}, start, std::move(*flat), false, statistic, options.stripe_inflation};
+  return Calibration{{}, start, std::move(*flat), false, statistic, {}};
 }
 
 template <typename V>
@@ -79,18 +79,21 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (!start) return tl::unexpected(start.error());
   if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
 
-  CalibrationState refined_start = *start;
-  if (!data.observations.stripes.empty()) {
-    bundle_options.estimate_warp = options.warp != WarpChoice::off;
-    auto independent = refine(*start, data.observations, bundle_options);
-    if (!independent) return tl::unexpected(independent.error());
-    bundle_options.stripe_inflation = stripe_inflation(data.observations.stripes, *independent);
-    refined_start = std::move(independent->state);
+  bundle_options.estimate_warp = options.warp != WarpChoice::off;
+  auto independent = refine(*start, data.observations, bundle_options);
+  if (!independent && options.warp == WarpChoice::automatic) {
+    bundle_options.estimate_warp = false;
+    independent = refine(*start, data.observations, bundle_options);
   }
-  auto calibration = refine_shape(refined_start, data.observations, options.warp, bundle_options);
+  if (!independent) return tl::unexpected(independent.error());
+  const Inflation counted = inflation(data.observations, *independent);
+  bundle_options.corner_inflation = counted.corners;
+  bundle_options.stripe_inflation = counted.stripes;
+  auto calibration = refine_shape(independent->state, data.observations, options.warp, bundle_options);
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
   calibration->start = *start;
+  calibration->inflation = counted;
   return calibration;
 }
 

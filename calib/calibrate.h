@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/correlation.h"
 #include "calib/initial_rig.h"
 #include "solvers/bundle.h"
 
@@ -35,8 +36,8 @@ struct Calibration {
   CalibrationState start;  // the closed forms
   BundleResult bundle;
   bool warp_estimated = false;
-  double warp_statistic = 0;    // where it was tried
-  double stripe_inflation = 1;  // stripe readings that count as one (calib/correlation.h)
+  double warp_statistic = 0;  // where it was tried
+  Inflation inflation;        // observations that count as one
 };
 
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options);

@@ -104,7 +104,8 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
                {"sensors", json::object()},
                {"views", views_json(calibration)},
                {"skipped", json::array()},
-               {"stripe_inflation", calibration.stripe_inflation},
+               {"corner_inflation", calibration.inflation.corners},
+               {"stripe_inflation", calibration.inflation.stripes},
                {"scale_uncertainty", "unknown: the board has no certificate"},
                {"condition", calibration.bundle.covariance.condition()},
                {"weakest_direction", calibration.bundle.covariance.weakest_direction()}};
@@ -151,8 +152,11 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
     text += fmt::format("  from probe: rotation vector {:.4f} {:.4f} {:.4f} deg, translation {:.3f} {:.3f} {:.3f} mm\n",
                         r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
   }
-  if (calibration.stripe_inflation > 1) {
-    text += fmt::format("stripe readings: {:.1f} correlated ones count as one\n", calibration.stripe_inflation);
+  if (calibration.inflation.corners > 1) {
+    text += fmt::format("corners: {:.1f} correlated ones count as one\n", calibration.inflation.corners);
+  }
+  if (calibration.inflation.stripes > 1) {
+    text += fmt::format("stripe readings: {:.1f} correlated ones count as one\n", calibration.inflation.stripes);
   }
   const Eigen::Vector2d warp = bundle.state.board.warp_mm;
   text += calibration.warp_estimated ? fmt::format("board warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", warp.x(),

@@ -216,6 +216,18 @@ Expected<void> converge_robustly(const Views& views, const BundleOptions& option
   return {};
 }
 
+double inflation_of(View::Kind kind, const BundleOptions& options) {
+  switch (kind) {
+    case View::Kind::corners:
+      return options.corner_inflation;
+    case View::Kind::stripes:
+      return options.stripe_inflation;
+    case View::Kind::features:
+      break;
+  }
+  return 1;
+}
+
 std::map<GroupKey, double> sigmas_of(const std::map<GroupKey, GroupSummary>& groups) {
   std::map<GroupKey, double> sigmas;
   for (const auto& [key, group] : groups) sigmas[key] = group.sigma_px;
@@ -265,8 +277,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   const Parameters parameters(state, views, minimise_options.held);
   std::vector<ViewWeights> weights;
   for (const auto& view : views) {
-    const double inflation = view->kind() == View::Kind::stripes ? options.stripe_inflation : 1;
-    weights.push_back({1, inflation, std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
+    weights.push_back({1, inflation_of(view->kind(), options), std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
   }
 
   if (const auto done = converge_robustly(views, options, minimise_options, weights, state); !done) {

@@ -31,8 +31,9 @@ struct BundleOptions {
   double gate = 16;             // on the standardised square in two dimensions
   double prior_sigma_px = 0.3;  // for groups too small to estimate it from
   double minimum_redundancy = 50;
-  // Variance inflation of stripe readings: how many correlated ones count as one (calib/correlation.h). It scales their
-  // weight and so the covariance; sigma and the gate are of single readings.
+  // Variance inflation of corners and of stripe readings: how many correlated ones count as one (calib/correlation.h).
+  // It scales their weight and so the covariance; sigma and the gate are of single observations.
+  double corner_inflation = 1;
   double stripe_inflation = 1;
   std::set<BlockId> held = {};  // further blocks that keep their start, such as a lens known from elsewhere
   int threads = 1;
