@@ -19,6 +19,7 @@
 
 #include "solvers/expected.h"
 #include "solvers/parameters.h"
+#include "solvers/prior.h"
 
 namespace crumple {
 
@@ -28,8 +29,11 @@ class NormalEquations {
 
   // Adds a whitened view. Views must come in one fixed order: the sums' bits depend on it.
   void add(const View& view, const ViewEvaluation& whitened);
+  // A prior counts as one more observation.
+  void add(const Prior& prior, const CalibrationState& state);
 
  private:
+  void add(const std::vector<BlockId>& blocks, const std::vector<RowMajorMatrix>& jacobians);
   friend class JointCovariance;
   const Parameters& parameters_;
   Eigen::MatrixXd common_;

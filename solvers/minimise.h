@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "solvers/expected.h"
+#include "solvers/prior.h"
 #include "solvers/weights.h"
 
 namespace crumple {
@@ -19,6 +20,7 @@ struct MinimiseOptions {
   std::optional<double> cauchy_scale;  // in units of sigma; none: least squares
   int threads = 1;
   int max_iterations = 100;
+  std::vector<Prior> priors = {};
 };
 
 struct MinimiseSummary {
