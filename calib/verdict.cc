@@ -45,6 +45,12 @@ void judge_views(const Calibration& calibration, std::vector<std::string>& reaso
 }
 
 void judge_groups(const BundleResult& bundle, std::vector<std::string>& reasons) {
+  if (!bundle.settled) {
+    reasons.push_back(
+        fmt::format("outliers and noise did not settle within {} rounds: the model does not describe these "
+                    "observations",
+                    bundle.rounds));
+  }
   for (const GroupSummary& group : bundle.groups) {
     const std::string name = group_name(bundle.state.rig, group.sensor, group.kind);
     const double share = static_cast<double>(group.outliers) / static_cast<double>(group.observations);

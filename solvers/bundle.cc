@@ -18,6 +18,7 @@ using GroupKey = std::pair<std::size_t, View::Kind>;
 
 constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
+constexpr int kReadmittingRounds = 10;
 constexpr double kCauchyScale = 2.5;
 constexpr double kSigmaFloor_px = 1e-9;  // noise-free data must not divide by zero
 constexpr double kSigmaSettled = 1e-6;   // relative change
@@ -120,22 +121,26 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
 // Squared residual standardised by its own redundancy (or, for one left out, by its prediction's variance).
 double standardised_square(const Eigen::VectorXd& residual_px, double sigma_px, const Eigen::Matrix2d& hat,
                            bool inlier) {
+  // In one dimension the rest of the block stays the identity and the second residual zero.
   const auto d = residual_px.size();
-  Eigen::MatrixXd variance = Eigen::MatrixXd::Identity(d, d);
-  variance += (inlier ? -1 : 1) * hat.topLeftCorner(d, d);
+  Eigen::Vector2d residual = Eigen::Vector2d::Zero();
+  residual.head(d) = residual_px;
+  const Eigen::Matrix2d variance = Eigen::Matrix2d::Identity() + (inlier ? -1 : 1) * hat;
   // An observation that alone determines something has no redundancy and cannot be tested.
   if (variance.determinant() < 1e-6) return 0;
-  return residual_px.dot(variance.inverse() * residual_px) / (sigma_px * sigma_px);
+  return residual.dot(variance.inverse() * residual) / (sigma_px * sigma_px);
 }
 
-// Re-decides every observation; returns how many changed sides.
-std::size_t gate_outliers(const Views& views, const Linearisation& at, double gate, std::vector<ViewWeights>& weights) {
+// Re-decides every observation (without `readmit` only those that count); returns how many changed sides.
+std::size_t gate_outliers(const Views& views, const Linearisation& at, double gate, bool readmit,
+                          std::vector<ViewWeights>& weights) {
   std::size_t changed = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
     const double limit = gate_for(d, gate);
     for (int i = 0; i < views[v]->size(); ++i) {
       char& inlier = weights[v].inlier[static_cast<std::size_t>(i)];
+      if (!inlier && !readmit) continue;
       const double square = standardised_square(at.raw[v].residuals.segment(d * i, d), weights[v].sigma_px,
                                                 at.hats[v][static_cast<std::size_t>(i)], inlier != 0);
       const char now = square <= limit;
@@ -273,7 +278,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   for (int round = 1;; ++round) {
     auto at = linearise(views, weights, parameters, state, options);
     if (!at) return tl::unexpected(at.error());
-    if (round == 1 && options.reject_outliers) gate_outliers(views, *at, options.gate, weights);
+    if (round == 1 && options.reject_outliers) gate_outliers(views, *at, options.gate, true, weights);
     const auto summary = minimise(views, weights, minimise_options, state);
     if (!summary) return tl::unexpected(summary.error());
     at = linearise(views, weights, parameters, state, options);
@@ -282,10 +287,13 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
-    const std::size_t changed = options.reject_outliers ? gate_outliers(views, *at, options.gate, next) : 0;
-    if ((changed == 0 && same_sigmas) || round == kMaxRounds) {
+    const std::size_t changed =
+        options.reject_outliers ? gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next) : 0;
+    const bool unchanged = changed == 0 && same_sigmas;
+    if (unchanged || round == kMaxRounds) {
       std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
-      BundleResult result{std::move(state), {}, {}, std::move(at->covariance), std::move(undetermined), round};
+      BundleResult result{std::move(state),         {}, {}, std::move(at->covariance), round, unchanged,
+                          std::move(undetermined)};
       for (const auto& [key, group] : groups) result.groups.push_back(group);
       for (std::size_t v = 0; v < views.size(); ++v) {
         result.views.push_back(summarise_view(*views[v], at->raw[v], weights[v]));

@@ -5,7 +5,8 @@
 //   2. Gate and solve: an observation is an outlier where its squared residual, standardised by its own redundancy,
 //      r' (I - J C J')^-1 r / sigma^2, exceeds the gate: 16 in two dimensions, and in one the 12.87 that clean data
 //      exceeds equally often (3.4 in 10,000). Observations left out are tested with I + J C J'. Least squares on the
-//      rest, sigma anew, until neither changes.
+//      rest, sigma anew, until neither changes. From the tenth round on what is left out stays out, so that an
+//      observation on the gate's edge cannot go in and out for ever.
 //   3. Sigma of a group: its sum of squares over its redundancy (observations less the trace of their hat matrix), and
 //      over the share of the variance that a chi-square distribution cut at the gate keeps. A group with a redundancy
 //      under 50 keeps its prior sigma and says so.
@@ -69,8 +70,9 @@ struct BundleResult {
   std::vector<GroupSummary> groups;
   std::vector<ViewSummary> views;  // in the order of make_views
   JointCovariance covariance;
+  int rounds = 0;        // of gating and solving
+  bool settled = false;  // whether the last round changed no observation's side and no sigma
   std::vector<Undetermined> undetermined = {};  // terms that weak priors decide
-  int rounds = 0;                               // of gating and solving
 };
 
 Expected<BundleResult> refine(const CalibrationState& start, const Observations& observations,
