@@ -106,7 +106,8 @@ std::vector<CornerView> good_corners(const CalibrationData& data, const BundleRe
   return views;
 }
 
-void add_squares(const View& view, const Eigen::VectorXd& residuals, const std::vector<char>& inlier, Squares& squares) {
+void add_squares(const View& view, const Eigen::VectorXd& residuals, const std::vector<char>& inlier,
+                 Squares& squares) {
   const int d = view.dimension();
   for (int i = 0; i < view.size(); ++i) {
     if (!inlier[static_cast<std::size_t>(i)]) continue;
@@ -181,7 +182,9 @@ void score(const CalibrationData& data, SensorKind kind, const BundleResult& jud
     held_out.sum += squares.sum;
     held_out.count += squares.count;
   }
-  const auto rms = [](const Squares& s) { return std::sqrt(s.sum / static_cast<double>(std::max<std::size_t>(s.count, 1))); };
+  const auto rms = [](const Squares& s) {
+    return std::sqrt(s.sum / static_cast<double>(std::max<std::size_t>(s.count, 1)));
+  };
   trial.candidate.rms_px = rms(fitted);
   trial.candidate.held_out_rms_px = rms(held_out);
   for (const Undetermined& undetermined : trial.calibration->bundle.undetermined) {
@@ -244,7 +247,8 @@ void compare(const Trial& best, SensorKind kind, Trial& trial) {
   if (!(c.statistic > c.statistic_limit)) against.emplace_back("its further terms are not significant");
   if (!(c.gain_px2 > c.gain_sigma_px2)) against.emplace_back("it does not foretell unseen placements better");
   c.taken = against.empty();
-  c.reason = c.taken ? "significant, and foretells unseen placements better" : fmt::format("{}", fmt::join(against, "; "));
+  c.reason =
+      c.taken ? "significant, and foretells unseen placements better" : fmt::format("{}", fmt::join(against, "; "));
   if (!c.undetermined.empty()) {
     c.reason += fmt::format("; the data do not determine {}", fmt::join(c.undetermined, ", "));
   }
@@ -288,9 +292,10 @@ bool has(const CalibrationData& data, SensorKind kind) {
 Expected<std::vector<LensChoice>> choose_lenses(const CalibrationData& data, const CalibrationOptions& options,
                                                 const std::function<void()>& report) {
   if (data.placement_names.size() < kFewestPlacements) {
-    return fail(fmt::format("choosing a lens model by held-out views wants {} board placements, not {}: name the model "
-                            "instead",
-                            kFewestPlacements, data.placement_names.size()));
+    return fail(
+        fmt::format("choosing a lens model by held-out views wants {} board placements, not {}: name the model "
+                    "instead",
+                    kFewestPlacements, data.placement_names.size()));
   }
   std::vector<LensChoice> choices;
   auto cameras = choose(cameras_alone(data), SensorKind::camera, options, report);

@@ -95,9 +95,8 @@ Prior on_control_points(const CalibrationState& start, std::size_t sensor) {
     // Directions mean nothing near the axis.
     const double along = kAcrossRadius + (kAlongRadius - kAcrossRadius) * std::min(1.0, u.norm());
     const Eigen::Vector2d radial = u.stableNormalized();
-    covariance.block<2, 2>(i, i) =
-        kAcrossRadius * kAcrossRadius * Eigen::Matrix2d::Identity() +
-        (along * along - kAcrossRadius * kAcrossRadius) * radial * radial.transpose();
+    covariance.block<2, 2>(i, i) = kAcrossRadius * kAcrossRadius * Eigen::Matrix2d::Identity() +
+                                   (along * along - kAcrossRadius * kAcrossRadius) * radial * radial.transpose();
   }
   return on_lens(".weak", start, sensor, rows, mean, covariance).as_weak();
 }

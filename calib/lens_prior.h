@@ -9,8 +9,8 @@
 //                       symmetric; mrcal's regularisation does likewise).
 //
 // Where two sets of terms say exactly the same, a convention chooses, as a prior that is not weak: CAHVOR's r0, which
-// scales the image as fx and fy do, stays at its start to 1e-4; the core fx fy cx cy of a splined lens, which the control
-// points can take over, to 1e-4 of the focal length.
+// scales the image as fx and fy do, stays at its start to 1e-4; the core fx fy cx cy of a splined lens, which the
+// control points can take over, to 1e-4 of the focal length.
 //
 // Sigmas are set at the start of a refinement, from its focal lengths and principal points.
 #pragma once

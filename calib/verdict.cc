@@ -114,8 +114,9 @@ std::vector<std::string> notes_on(const BundleResult& bundle) {
         "the observations do not determine {}{}{}: only a weak prior holds them; a lens model with fewer terms does "
         "without",
         fmt::join(terms, ", "), more > 0 ? fmt::format(" and {} more", more) : "",
-        undetermined.partners.empty() ? ""
-                                      : fmt::format(", which trade places with {}", fmt::join(undetermined.partners, ", "))));
+        undetermined.partners.empty()
+            ? ""
+            : fmt::format(", which trade places with {}", fmt::join(undetermined.partners, ", "))));
   }
   return notes;
 }

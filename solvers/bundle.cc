@@ -292,7 +292,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const bool unchanged = changed == 0 && same_sigmas;
     if (unchanged || round == kMaxRounds) {
       std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
-      BundleResult result{std::move(state),         {}, {}, std::move(at->covariance), round, unchanged,
+      BundleResult result{std::move(state),       {}, {}, std::move(at->covariance), round, unchanged,
                           std::move(undetermined)};
       for (const auto& [key, group] : groups) result.groups.push_back(group);
       for (std::size_t v = 0; v < views.size(); ++v) {

@@ -70,8 +70,8 @@ struct BundleResult {
   std::vector<GroupSummary> groups;
   std::vector<ViewSummary> views;  // in the order of make_views
   JointCovariance covariance;
-  int rounds = 0;        // of gating and solving
-  bool settled = false;  // whether the last round changed no observation's side and no sigma
+  int rounds = 0;                               // of gating and solving
+  bool settled = false;                         // whether the last round changed no observation's side and no sigma
   std::vector<Undetermined> undetermined = {};  // terms that weak priors decide
 };
 

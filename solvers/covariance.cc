@@ -40,9 +40,7 @@ NormalEquations::NormalEquations(const Parameters& parameters)
   }
 }
 
-void NormalEquations::add(const View& view, const ViewEvaluation& whitened) {
-  add(view.blocks(), whitened.jacobians);
-}
+void NormalEquations::add(const View& view, const ViewEvaluation& whitened) { add(view.blocks(), whitened.jacobians); }
 
 void NormalEquations::add(const Prior& prior, const CalibrationState& state) {
   add(prior.blocks(), prior.evaluate(state).jacobians);

@@ -54,8 +54,7 @@ Expected<mrcal_lensmodel_t> parse_model(const std::string& name) {
   std::array<char, 128> canonical{};
   // mrcal reads past what follows a configuration: only the name that it would write itself is taken.
   if (!mrcal_lensmodel_from_name(&model, name.c_str()) || !supported(model) ||
-      !mrcal_lensmodel_name(canonical.data(), static_cast<int>(canonical.size()), &model) ||
-      name != canonical.data()) {
+      !mrcal_lensmodel_name(canonical.data(), static_cast<int>(canonical.size()), &model) || name != canonical.data()) {
     return fail(fmt::format("unknown lens model '{}': use one of {}", name, lens_model_choices()));
   }
   return model;

@@ -44,8 +44,8 @@ struct Projection {
   Matrix2Xd d_parameters;  // with respect to the lens parameters, in their order
 };
 
-// The ray of a pixel in the sensor's frame: (x, y, 1), or a unit vector where it points sideways or back (z <= 0), which
-// a wide splined lens can see.
+// The ray of a pixel in the sensor's frame: (x, y, 1), or a unit vector where it points sideways or back (z <= 0),
+// which a wide splined lens can see.
 struct Ray {
   Eigen::Vector3d direction;
   Eigen::Matrix<double, 3, Eigen::Dynamic> d_parameters;  // row 2 is zero for (x, y, 1)
@@ -108,8 +108,8 @@ std::vector<std::string> lens_parameter_names(const std::string& model);
 // The models there are, for messages: "LENSMODEL_PINHOLE, LENSMODEL_OPENCV4, ...".
 const char* lens_model_choices();
 
-// Rays of all pixel centres of a sensor, row by row: (x, y) of (x, y, 1); NaN where there is none, or it points sideways
-// or back. Computed once per sensor because the inverse is slow.
+// Rays of all pixel centres of a sensor, row by row: (x, y) of (x, y, 1); NaN where there is none, or it points
+// sideways or back. Computed once per sensor because the inverse is slow.
 class RayTable {
  public:
   explicit RayTable(const Lens& lens);

@@ -1,4 +1,5 @@
-// Which points a lens model can image: where it lies outside, a formula still returns a number, but no light goes there.
+// Which points a lens model can image: where it lies outside, a formula still returns a number, but no light goes
+// there.
 //
 // Frame: the sensor's, z forward; any unit of length.
 //   OPENCV4/5/8/12  z > 0 and, with s = (x^2 + y^2) / z^2, inside the first fold of the radial distortion (where the
@@ -35,8 +36,8 @@ class LensDomain {
   explicit LensDomain(Kind kind) : kind_(kind) {}
 
   Kind kind_;
-  double largest_square_ = 0;                       // of the slope
-  Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();  // of symmetry
+  double largest_square_ = 0;                         // of the slope
+  Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();   // of symmetry
   Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  // CAHVOR's r0 r1 r2
   Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d high_ = Eigen::Vector2d::Zero();

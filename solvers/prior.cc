@@ -45,7 +45,8 @@ BlockDifference difference_of(const BlockId& block, const CalibrationState& abou
       return linear(parameters(state) - parameters(about));
     }
     case BlockId::Kind::mount:
-      return between(about.rig.sensors[block.index].sensor_from_probe, state.rig.sensors[block.index].sensor_from_probe);
+      return between(about.rig.sensors[block.index].sensor_from_probe,
+                     state.rig.sensors[block.index].sensor_from_probe);
     case BlockId::Kind::placement:
       return between(about.probe_from_board[block.index], state.probe_from_board[block.index]);
     case BlockId::Kind::warp:

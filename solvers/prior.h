@@ -3,8 +3,8 @@
 //
 // It enters a refinement and its covariance as one more observation: the whitened difference
 //   r = L^-1 d,   d = the state minus what the prior is about, in tangents (solvers/pose.h),   L L' = covariance of d,
-// exact also where a pose has turned far away: d r / d tangent holds the inverse left Jacobian of the rotation (Barfoot,
-// State Estimation for Robotics, eq. 7.76). Units are the parameters' own: px, rad, mm.
+// exact also where a pose has turned far away: d r / d tangent holds the inverse left Jacobian of the rotation
+// (Barfoot, State Estimation for Robotics, eq. 7.76). Units are the parameters' own: px, rad, mm.
 #pragma once
 
 #include <string>

@@ -62,7 +62,8 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
   Matrix3x6d d_source_pose;
   d_source_pose << board_from_source * cross_matrix(lever), -board_from_source;
 
-  const Eigen::Matrix<double, 2, 3> d_board_point = projection->d_point * target_from_board_.rotation.toRotationMatrix();
+  const Eigen::Matrix<double, 2, 3> d_board_point =
+      projection->d_point * target_from_board_.rotation.toRotationMatrix();
   const Matrix2x6d d_source = d_board_point * onto_surface * d_source_pose;
   const Matrix2x6d d_target = projection->d_point * d_transformed_d_pose(target_from_board_, point->in_board);
 

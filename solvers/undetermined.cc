@@ -16,11 +16,11 @@ constexpr int kSingleDirections = 3;
 
 // A prior against the fit: both over the prior's blocks, side by side.
 struct Comparison {
-  std::vector<std::string> names;   // of the blocks' rows
-  std::vector<int> rows;            // of the prior's terms, among them
-  Eigen::MatrixXd covariance;       // of the fit
-  Eigen::MatrixXd gain;             // C J'
-  Eigen::MatrixXd hat;              // J C J'
+  std::vector<std::string> names;  // of the blocks' rows
+  std::vector<int> rows;           // of the prior's terms, among them
+  Eigen::MatrixXd covariance;      // of the fit
+  Eigen::MatrixXd gain;            // C J'
+  Eigen::MatrixXd hat;             // J C J'
 };
 
 Comparison compare(const Prior& prior, const JointCovariance& covariance, const CalibrationState& state) {

@@ -24,8 +24,9 @@ DEFINE_string(projector_from, "auto",
               "what the projector is calibrated from: stripes, chessboard, or auto: all of it that the capture has");
 DEFINE_bool(cross_validate, false,
             "also leave each board placement out in turn and reconstruct it with the rig of the others");
-DEFINE_string(lens, "",
-              "lens model of all sensors, such as LENSMODEL_OPENCV5; auto: chosen by the data; empty: as capture.yaml says");
+DEFINE_string(
+    lens, "",
+    "lens model of all sensors, such as LENSMODEL_OPENCV5; auto: chosen by the data; empty: as capture.yaml says");
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
 namespace crumple {

@@ -25,8 +25,7 @@ TEST(ChooseLens, APinholeGetsNoMore) {
 }
 
 TEST(ChooseLens, FiveTermsAreTakenAndNoEighth) {
-  const LensChoice choice =
-      chosen("LENSMODEL_OPENCV5", {700, 705, 515, 380, -0.25, 0.12, 4e-4, -3e-4, -0.03}, 2);
+  const LensChoice choice = chosen("LENSMODEL_OPENCV5", {700, 705, 515, 380, -0.25, 0.12, 4e-4, -3e-4, -0.03}, 2);
   EXPECT_EQ(choice.model, "LENSMODEL_OPENCV5");
   ASSERT_EQ(choice.candidates.size(), 5U);
   EXPECT_GT(choice.candidates[0].held_out_rms_px, 1);
@@ -42,8 +41,8 @@ TEST(ChooseLens, AStronglyRationalLensGetsItsDenominator) {
 
 // Cameras first, by their corners; then the projector.
 TEST(ChooseLens, ProjectorsAreJudgedByTheirStripes) {
-  const Synthetic made = make_synthetic(
-      {.placements = 9, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .model = "LENSMODEL_PINHOLE"});
+  const Synthetic made =
+      make_synthetic({.placements = 9, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .model = "LENSMODEL_PINHOLE"});
   CalibrationData data;
   for (const Sensor& sensor : made.truth.rig.sensors) {
     data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), "LENSMODEL_OPENCV8"});
@@ -68,8 +67,8 @@ TEST(ChooseLens, ProjectorsAreJudgedByTheirStripes) {
 }
 
 TEST(ChooseLens, WantsPlacementsToHoldOut) {
-  MadeLens made = made_lens(Lens::create("LENSMODEL_PINHOLE", kSize, {700, 705, 515, 380}).value(),
-                            "LENSMODEL_PINHOLE", 0.1, 1);
+  MadeLens made =
+      made_lens(Lens::create("LENSMODEL_PINHOLE", kSize, {700, 705, 515, 380}).value(), "LENSMODEL_PINHOLE", 0.1, 1);
   while (made.data.placement_names.size() > 3) made.data = without_placement(made.data, 3);
   const auto choices = choose_lenses(made.data, {}, [] {});
   ASSERT_FALSE(choices);

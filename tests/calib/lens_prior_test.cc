@@ -48,8 +48,10 @@ TEST(LensPrior, PolynomialLensesNeedNone) {
 
 TEST(LensPrior, AllowsTheFarthestCornerToMoveByItsOwnRadius) {
   CalibrationState state;
-  state.rig.sensors = {
-      {"cam0", SensorKind::camera, Lens::undistorted("LENSMODEL_OPENCV8", kSize, 500, 500, {511.5, 383.5}).value(), {}}};
+  state.rig.sensors = {{"cam0",
+                        SensorKind::camera,
+                        Lens::undistorted("LENSMODEL_OPENCV8", kSize, 500, 500, {511.5, 383.5}).value(),
+                        {}}};
   const std::vector<Prior> priors = lens_priors(state);
   ASSERT_EQ(priors.size(), 1U);
   EXPECT_TRUE(priors[0].weak());
@@ -71,7 +73,8 @@ TEST(LensPrior, HoldsARationalLensAndNamesWhatItHolds) {
 
 TEST(LensPrior, DoesNotMoveTermsThatTheDataDetermine) {
   const Lens lens =
-      Lens::create("LENSMODEL_OPENCV8", kSize, {600, 605, 515, 380, 1.5, 0.2, 4e-4, -3e-4, 0.01, 2.2, 0.9, 0.05}).value();
+      Lens::create("LENSMODEL_OPENCV8", kSize, {600, 605, 515, 380, 1.5, 0.2, 4e-4, -3e-4, 0.01, 2.2, 0.9, 0.05})
+          .value();
   const Calibration calibration = calibrated(lens, "LENSMODEL_OPENCV8");
   const Lens& found = calibration.bundle.state.rig.sensors[0].lens;
   const Eigen::MatrixXd covariance =
@@ -105,9 +108,8 @@ std::vector<double> gentle_spline() {
 
 INSTANTIATE_TEST_SUITE_P(
     Models, EveryLens,
-    testing::Values(std::pair{"LENSMODEL_OPENCV12",
-                              std::vector<double>{700, 705, 515, 380, -0.2, 0.08, 4e-4, -3e-4, 0, 0.05, 0, 0, 2e-3, 0,
-                                                  -1e-3, 0}},
+    testing::Values(std::pair{"LENSMODEL_OPENCV12", std::vector<double>{700, 705, 515, 380, -0.2, 0.08, 4e-4, -3e-4, 0,
+                                                                        0.05, 0, 0, 2e-3, 0, -1e-3, 0}},
                     std::pair{"LENSMODEL_CAHVOR", std::vector<double>{700, 705, 515, 380, 0.02, -0.01, 0, -0.15, 0.05}},
                     std::pair{"LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=10_Ny=8_fov_x_deg=90", gentle_spline()}),
     [](const auto& lens) {

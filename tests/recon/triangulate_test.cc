@@ -26,7 +26,8 @@ RC_GTEST_PROP(Triangulate, IsExactOnNoiseFreeCoordinatesOfADistortedLens, ()) {
   RC_ASSERT(found.has_value());
   RC_ASSERT(std::abs(found->depth_mm - depth) < 1e-9 * depth);
   const double h = 0.1;
-  const double rate = (*triangulate.coordinate_px(ray, depth + h) - *triangulate.coordinate_px(ray, depth - h)) / (2 * h);
+  const double rate =
+      (*triangulate.coordinate_px(ray, depth + h) - *triangulate.coordinate_px(ray, depth - h)) / (2 * h);
   RC_ASSERT(std::abs(found->d_depth_d_coordinate * rate - 1) < 1e-5);
 }
 

@@ -106,23 +106,20 @@ TEST_P(LensModel, NamesEveryParameter) {
 
 INSTANTIATE_TEST_SUITE_P(
     Models, LensModel,
-    testing::Values(Case{"Pinhole", "LENSMODEL_PINHOLE", {1400, 1410, 500, 390}},
-                    Case{"Opencv4", "LENSMODEL_OPENCV4", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3}},
-                    Case{"Opencv5", "LENSMODEL_OPENCV5", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05}},
-                    Case{"Opencv8",
-                         "LENSMODEL_OPENCV8",
-                         {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02}},
-                    Case{"StrongOpencv8",
-                         "LENSMODEL_OPENCV8",
-                         {800, 805, 500, 390, 0.9, 0.05, 1e-3, -2e-3, 0.002, 1.3, 0.25, 0.01}},
-                    Case{"Opencv12",
-                         "LENSMODEL_OPENCV12",
-                         {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02, 2e-3, 1e-3, -3e-3,
-                          5e-4}},
-                    Case{"Cahvor", "LENSMODEL_CAHVOR", {1400, 1410, 500, 390, 0.02, -0.03, 0.01, -0.15, 0.08}},
-                    splined("Cubic", "order=3_Nx=11_Ny=9_fov_x_deg=50", 1400),
-                    splined("Quadratic", "order=2_Nx=9_Ny=8_fov_x_deg=55", 1400),
-                    splined("FarBehind", "order=3_Nx=16_Ny=14_fov_x_deg=260", 160)),
+    testing::Values(
+        Case{"Pinhole", "LENSMODEL_PINHOLE", {1400, 1410, 500, 390}},
+        Case{"Opencv4", "LENSMODEL_OPENCV4", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3}},
+        Case{"Opencv5", "LENSMODEL_OPENCV5", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05}},
+        Case{"Opencv8", "LENSMODEL_OPENCV8", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02}},
+        Case{
+            "StrongOpencv8", "LENSMODEL_OPENCV8", {800, 805, 500, 390, 0.9, 0.05, 1e-3, -2e-3, 0.002, 1.3, 0.25, 0.01}},
+        Case{"Opencv12",
+             "LENSMODEL_OPENCV12",
+             {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02, 2e-3, 1e-3, -3e-3, 5e-4}},
+        Case{"Cahvor", "LENSMODEL_CAHVOR", {1400, 1410, 500, 390, 0.02, -0.03, 0.01, -0.15, 0.08}},
+        splined("Cubic", "order=3_Nx=11_Ny=9_fov_x_deg=50", 1400),
+        splined("Quadratic", "order=2_Nx=9_Ny=8_fov_x_deg=55", 1400),
+        splined("FarBehind", "order=3_Nx=16_Ny=14_fov_x_deg=260", 160)),
     [](const auto& lens_case) { return lens_case.param.name; });
 
 TEST(Lens, ProjectsAsItsFormulaSays) {
@@ -158,9 +155,9 @@ TEST(Lens, CahvorStretchesAcrossItsAxis) {
 }
 
 TEST(Lens, AnUndistortedSplineIsStereographic) {
-  const Lens lens =
-      Lens::undistorted("LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=12_Ny=12_fov_x_deg=220", kSize, 300, 310, {500, 400})
-          .value();
+  const Lens lens = Lens::undistorted("LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=12_Ny=12_fov_x_deg=220", kSize, 300,
+                                      310, {500, 400})
+                        .value();
   for (const double angle : {0.1, 1.0, 1.5, 1.7}) {  // up to 97 degrees off axis
     const Eigen::Vector3d point(0.6 * std::sin(angle), 0.8 * std::sin(angle), std::cos(angle));
     const Eigen::Vector2d pixel = lens.project(5 * point).value();
@@ -195,8 +192,7 @@ TEST(Lens, SeesNothingBeyondTheFold) {
 
 TEST(Lens, SeesNothingBeyondThePoleOfARationalLens) {
   // 1 - r^2 in the denominator.
-  const Lens lens =
-      Lens::create("LENSMODEL_OPENCV8", kSize, {500, 500, 512, 384, 0, 0, 0, 0, 0, -1, 0, 0}).value();
+  const Lens lens = Lens::create("LENSMODEL_OPENCV8", kSize, {500, 500, 512, 384, 0, 0, 0, 0, 0, -1, 0, 0}).value();
   EXPECT_TRUE(lens.project({0.999, 0, 1}));
   EXPECT_FALSE(lens.project({1.001, 0, 1}));
   EXPECT_NEAR(lens.ray({512 + 50000, 384}).value().x(), 0.995, 1e-3);
@@ -219,10 +215,10 @@ TEST(Lens, RefusesWhatIsNoLens) {
   EXPECT_FALSE(Lens::create("LENSMODEL_PINHOLE", kSize, {-1, 1, 1, 1}));
   EXPECT_FALSE(Lens::create("LENSMODEL_PINHOLE", kSize, {1, NAN, 1, 1}));
   EXPECT_FALSE(Lens::create("LENSMODEL_PINHOLE", {0, 5}, {1, 1, 1, 1}));
-  for (const char* grid : {"", "_order=4_Nx=8_Ny=8_fov_x_deg=60", "_order=3_Nx=3_Ny=8_fov_x_deg=60",
-                           "_order=3_Nx=8_Ny=8_fov_x_deg=0", "_order=3_Nx=8_Ny=8_fov_x_deg=360",
-                           "_order=3_Nx=65535_Ny=65535_fov_x_deg=60", "_order=3_Nx=8_Ny=8_fov_x_deg=60x",
-                           "_order=3_Nx=08_Ny=8_fov_x_deg=60"}) {
+  for (const char* grid :
+       {"", "_order=4_Nx=8_Ny=8_fov_x_deg=60", "_order=3_Nx=3_Ny=8_fov_x_deg=60", "_order=3_Nx=8_Ny=8_fov_x_deg=0",
+        "_order=3_Nx=8_Ny=8_fov_x_deg=360", "_order=3_Nx=65535_Ny=65535_fov_x_deg=60",
+        "_order=3_Nx=8_Ny=8_fov_x_deg=60x", "_order=3_Nx=08_Ny=8_fov_x_deg=60"}) {
     const std::string model = std::string("LENSMODEL_SPLINED_STEREOGRAPHIC") + grid;
     EXPECT_FALSE(Lens::undistorted(model, kSize, 1000, 1000, {500, 400})) << model;
     EXPECT_TRUE(lens_parameter_names(model).empty()) << model;
@@ -232,10 +228,10 @@ TEST(Lens, RefusesWhatIsNoLens) {
 // Radial terms of any size: every direction of the domain is found again from its pixel.
 RC_GTEST_PROP(Lens, TheRayOfAnyDirectionInTheDomainIsFound, ()) {
   const auto number = [](double largest) { return *rc::gen::inRange(-1000, 1001) * largest / 1000; };
-  const Lens lens = Lens::create("LENSMODEL_OPENCV8", kSize,
-                                 {800, 820, 500, 400, number(2), number(1), 0, 0, number(0.5), number(2), number(1),
-                                  number(0.5)})
-                        .value();
+  const Lens lens =
+      Lens::create("LENSMODEL_OPENCV8", kSize,
+                   {800, 820, 500, 400, number(2), number(1), 0, 0, number(0.5), number(2), number(1), number(0.5)})
+          .value();
   const double slope = 0.97 * std::min(lens.domain().largest_slope(), 3.0) * *rc::gen::inRange(1, 1001) / 1000;
   const double angle = number(3.14);
   const Eigen::Vector3d direction(slope * std::cos(angle), slope * std::sin(angle), 1);

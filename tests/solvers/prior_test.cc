@@ -33,10 +33,10 @@ CalibrationState moved(CalibrationState state, const Eigen::VectorXd& step) {
 
 TEST(Prior, JacobianMatchesDifferencesFarFromWhatItIsAbout) {
   Eigen::MatrixXd root = Eigen::MatrixXd::Random(5, 5) + 3 * Eigen::MatrixXd::Identity(5, 5);
-  const Prior prior = Prior::create("some",
-                                    {{kMount1, 0}, {kLens0, 4}, {kPlacement2, 2}, {kMount1, 4}, {kPlacement2, 1}},
-                                    truth(), root * root.transpose())
-                          .value();
+  const Prior prior =
+      Prior::create("some", {{kMount1, 0}, {kLens0, 4}, {kPlacement2, 2}, {kMount1, 4}, {kPlacement2, 1}}, truth(),
+                    root * root.transpose())
+          .value();
   EXPECT_THAT(prior.blocks(), testing::ElementsAre(kMount1, kLens0, kPlacement2));
   Eigen::VectorXd far = Eigen::VectorXd::LinSpaced(21, -0.9, 0.7);
   const CalibrationState state = moved(truth(), far);
@@ -81,8 +81,7 @@ TEST(Prior, CountsAsOneObservationInSolveAndCovariance) {
   std::vector<double> parameters = belief.rig.sensors[0].lens.parameters();
   parameters[0] = about;
   belief.rig.sensors[0].lens = belief.rig.sensors[0].lens.with_parameters(parameters);
-  options.priors = {
-      Prior::create("fx", {{kLens0, 0}}, belief, Eigen::MatrixXd::Constant(1, 1, sigma * sigma)).value()};
+  options.priors = {Prior::create("fx", {{kLens0, 0}}, belief, Eigen::MatrixXd::Constant(1, 1, sigma * sigma)).value()};
   const auto held = refine(made.truth, made.observations, options);
   ASSERT_TRUE(held) << held.error().message;
   const Eigen::MatrixXd expected = before - before.col(0) * before.row(0) / (2 * before(0, 0));
