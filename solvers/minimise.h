@@ -16,8 +16,8 @@
 namespace crumple {
 
 struct MinimiseOptions {
-  std::set<BlockId> held;
-  std::optional<double> cauchy_scale;  // in units of sigma; none: least squares
+  std::set<BlockId> held = {};
+  std::optional<double> cauchy_scale = {};  // in units of sigma; none: least squares
   int threads = 1;
   int max_iterations = 100;
   std::vector<Prior> priors = {};
