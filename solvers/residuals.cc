@@ -36,18 +36,20 @@ class CornerResiduals final : public View {
     for (int i = 0; i < size(); ++i) {
       const Eigen::Vector3d corner = state.board.corner(view_.corners[i]);
       const Eigen::Vector3d in_sensor = sensor_from_board * corner;
-      if (in_sensor.z() <= 0) return false;
       if (!with_jacobians) {
-        evaluation.residuals.segment<2>(2 * i) = sensor.lens.project(in_sensor) - view_.pixels[i];
+        const auto pixel = sensor.lens.project(in_sensor);
+        if (!pixel) return false;
+        evaluation.residuals.segment<2>(2 * i) = *pixel - view_.pixels[i];
         continue;
       }
-      const Projection projection = sensor.lens.project_with_gradients(in_sensor);
-      const Matrix2x6d d_sensor_pose = projection.d_point * d_transformed_d_pose(sensor_from_board, corner);
-      evaluation.residuals.segment<2>(2 * i) = projection.pixel - view_.pixels[i];
-      evaluation.jacobians[0].middleRows<2>(2 * i) = projection.d_parameters;
+      const auto projection = sensor.lens.project_with_gradients(in_sensor);
+      if (!projection) return false;
+      const Matrix2x6d d_sensor_pose = projection->d_point * d_transformed_d_pose(sensor_from_board, corner);
+      evaluation.residuals.segment<2>(2 * i) = projection->pixel - view_.pixels[i];
+      evaluation.jacobians[0].middleRows<2>(2 * i) = projection->d_parameters;
       evaluation.jacobians[1].middleRows<2>(2 * i) = d_sensor_pose * d_pose.d_left;
       evaluation.jacobians[2].middleRows<2>(2 * i) =
-          projection.d_point * board_normal * state.board.d_height_d_warp(corner.x(), corner.y()).transpose();
+          projection->d_point * board_normal * state.board.d_height_d_warp(corner.x(), corner.y()).transpose();
       evaluation.jacobians[3].middleRows<2>(2 * i) = d_sensor_pose * d_pose.d_right;
     }
     return true;
