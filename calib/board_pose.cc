@@ -26,7 +26,7 @@ std::optional<NormalEquation> linearise(const Rig& rig, const Board& board, cons
     const Pose sensor_from_board = sensor.sensor_from_probe * probe_from_board;
     const Matrix6d d_pose = d_composed(sensor.sensor_from_probe, probe_from_board).d_right;
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
-      const Eigen::Vector3d corner = board.corner(view.corners[i]);
+      const Eigen::Vector3d corner = board.point(view.corners[i]);
       const auto projection = sensor.lens.project_with_gradients(sensor_from_board * corner);
       if (!projection) return std::nullopt;
       const Eigen::Vector2d residual = projection->pixel - view.pixels[i];

@@ -1,5 +1,7 @@
 #include "calib/calibrate.h"
 
+#include <cmath>
+#include <set>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -10,7 +12,23 @@
 namespace crumple {
 namespace {
 
-constexpr double kSignificantWarp = 13.8;
+constexpr double kFlatBoards = 1e-3;  // the probability that flat boards seem warped
+
+std::vector<Board> nominal_boards(const CalibrationData& data) {
+  std::vector<Board> boards;
+  for (const BoardSpec& spec : data.boards) {
+    boards.push_back(board_of(spec.target, spec.name));
+    if (spec.certificate) {
+      boards.back().scale = scale_prior(*spec.certificate, spec.target.pitch_mm, data.temperature).scale;
+    }
+  }
+  return boards;
+}
+
+Expected<CalibrationState> closed_form_cameras(const CalibrationData& data) {
+  return initial_cameras(data.sensors, nominal_boards(data), data.board_of, data.observations.corners,
+                         data.placement_names);
+}
 
 void add_lens_priors(const CalibrationState& start, BundleOptions& options) {
   for (Prior& prior : lens_priors(start)) options.priors.push_back(std::move(prior));
@@ -19,7 +37,7 @@ void add_lens_priors(const CalibrationState& start, BundleOptions& options) {
 // The cameras alone, refined: the projector's start wants lenses and board poses that are right to a fraction of a
 // pixel.
 Expected<CalibrationState> start_cameras(const CalibrationData& data, BundleOptions options) {
-  auto state = initial_cameras(data.sensors, data.board, data.observations.corners, data.placement_names);
+  auto state = closed_form_cameras(data);
   if (!state) return state;
   Observations corners{data.observations.placement_count, data.observations.corners, {}, {}};
   add_lens_priors(*state, options);
@@ -35,10 +53,25 @@ bool has_projector(const CalibrationData& data) {
   return false;
 }
 
-double wald_statistic(const BundleResult& bundle) {
-  const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::warp}}, bundle.state);
-  const Eigen::VectorXd warp = bundle.state.board.warp_mm;
-  return warp.dot(covariance.llt().solve(warp));
+double wald_statistic(const BundleResult& bundle, const std::set<std::size_t>& boards) {
+  const CalibrationState& state = bundle.state;
+  std::vector<BlockId> blocks;
+  for (const std::size_t b : boards) blocks.push_back({BlockId::Kind::warp, b});
+  Eigen::VectorXd warp(2 * static_cast<Eigen::Index>(blocks.size()));
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    warp.segment<2>(2 * static_cast<Eigen::Index>(i)) = state.boards[blocks[i].index].warp_mm;
+  }
+  return warp.dot(bundle.covariance.of(blocks, state).llt().solve(warp));
+}
+
+// P(chi-square of 2 n degrees of freedom > x) = exp(-x/2) sum_{k < n} (x/2)^k / k!.
+bool significant(double statistic, std::size_t boards) {
+  double term = std::exp(-statistic / 2), sum = 0;
+  for (std::size_t k = 0; k < boards; ++k) {
+    sum += term;
+    term *= statistic / 2 / static_cast<double>(k + 1);
+  }
+  return sum < kFlatBoards;
 }
 
 // The final refinement, with the board bent or flat as was chosen or as is significant.
@@ -47,16 +80,17 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
   double statistic = 0;
   if (warp != WarpChoice::off) {
     options.estimate_warp = true;
+    const std::set<std::size_t> seen(start.board_of.begin(), start.board_of.end());
     auto bent = refine(start, observations, options);
     // A board whose warp cannot be told from the lens is taken as flat unless the warp was asked for.
     if (!bent && warp == WarpChoice::on) return tl::unexpected(bent.error());
-    statistic = bent ? wald_statistic(*bent) : 0;
-    if (warp == WarpChoice::on || statistic > kSignificantWarp) {
+    statistic = bent ? wald_statistic(*bent, seen) : 0;
+    if (warp == WarpChoice::on || significant(statistic, seen.size())) {
       return Calibration{{}, start, std::move(*bent), true, statistic, {}};
     }
   }
   CalibrationState flat_start = start;
-  flat_start.board.warp_mm.setZero();
+  for (Board& board : flat_start.boards) board.warp_mm.setZero();
   options.estimate_warp = false;
   auto flat = refine(flat_start, observations, options);
   if (!flat) return tl::unexpected(flat.error());
@@ -80,8 +114,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   BundleOptions bundle_options = options.bundle;
   bundle_options.estimate_warp = false;
   Expected<CalibrationState> start =
-      has_projector(data) ? start_cameras(data, bundle_options)
-                          : initial_cameras(data.sensors, data.board, data.observations.corners, data.placement_names);
+      has_projector(data) ? start_cameras(data, bundle_options) : closed_form_cameras(data);
   if (!start) return tl::unexpected(start.error());
   if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
 
@@ -100,6 +133,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   auto calibration = refine_shape(independent->state, data.observations, options.warp, bundle_options);
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
+  calibration->scale = scale_uncertainty(data.boards, data.board_of, data.temperature);
   calibration->start = *start;
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
@@ -109,6 +143,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
 CalibrationData without_placement(const CalibrationData& data, std::size_t placement) {
   CalibrationData rest = data;
   rest.placement_names.erase(rest.placement_names.begin() + static_cast<std::ptrdiff_t>(placement));
+  rest.board_of.erase(rest.board_of.begin() + static_cast<std::ptrdiff_t>(placement));
   rest.observations.placement_count = rest.placement_names.size();
   rest.observations.corners = without(data.observations.corners, placement);
   rest.observations.stripes = without(data.observations.stripes, placement);
@@ -124,6 +159,9 @@ RigCovariance rig_covariance(const BundleResult& bundle) {
 Rig calibrated_rig(const Calibration& calibration) {
   Rig rig = calibration.bundle.state.rig;
   rig.covariance = rig_covariance(calibration.bundle);
+  if (calibration.scale) {
+    rig.covariance = with_scale_uncertainty(rig.covariance, calibration.bundle.state, calibration.scale->relative);
+  }
   for (const GroupSummary& group : calibration.bundle.groups) {
     rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
   }

@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "calib/board_spec.h"
 #include "calib/correlation.h"
 #include "calib/initial_rig.h"
+#include "calib/scale_uncertainty.h"
 #include "solvers/bundle.h"
 
 namespace crumple {
@@ -18,14 +20,16 @@ namespace crumple {
 // What was observed, by sensors in the order of `sensors` (cameras first) and placements in the order of their names.
 struct CalibrationData {
   std::vector<SensorSpec> sensors;
-  Board board;
+  std::vector<BoardSpec> boards;
+  std::vector<std::size_t> board_of;            // the board each placement is of
+  std::optional<Temperature> temperature = {};  // of the boards
   std::vector<std::string> placement_names;
   Observations observations;
   std::vector<PixelPairs> pairs;  // for the projectors' start
 };
 
-// Whether the board's two warp terms are estimated. `automatic` keeps them where they are significant: the Wald
-// statistic w' C^-1 w of the pair exceeds 13.8, which a flat board does once in a thousand.
+// Whether the boards' warp terms, two each, are estimated. `automatic` keeps them where they are significant: the Wald
+// statistic w' C^-1 w of all of them exceeds what flat boards reach once in a thousand times, 13.8 for one board.
 enum class WarpChoice { off, on, automatic };
 
 struct CalibrationOptions {
@@ -41,6 +45,7 @@ struct Calibration {
   double warp_statistic = 0;  // where it was tried
   Inflation inflation;        // observations that count as one
   std::vector<Prior> priors = {};
+  std::optional<ScaleUncertainty> scale = {};  // none: unknown
 };
 
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options);
@@ -48,10 +53,10 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
 // The data without one placement, for cross-validation.
 CalibrationData without_placement(const CalibrationData& data, std::size_t placement);
 
-// Rows and columns of the joint covariance that belong to the rig, by name.
+// The joint covariance of what is common to all placements, by name. It knows nothing of the scale.
 RigCovariance rig_covariance(const BundleResult& bundle);
 
-// The estimated rig with its covariance and each group's sigma.
+// The estimated rig with its covariance, the scale's share included where it is known, and each group's sigma.
 Rig calibrated_rig(const Calibration& calibration);
 
 }  // namespace crumple

@@ -122,13 +122,14 @@ Expected<void> predict(const CalibrationData& data, SensorKind kind, const std::
   const CalibrationState& full = trial.calibration->bundle.state;
   CalibrationState state = full;
   state.rig = blind.bundle.state.rig;
-  state.board = blind.bundle.state.board;
+  state.boards = blind.bundle.state.boards;
   for (const std::size_t p : fold) {
-    const auto pose = fit_board_pose(state.rig, state.board, good_corners(data, judge, p), full.probe_from_board[p]);
+    const auto pose =
+        fit_board_pose(state.rig, state.board_at(p), good_corners(data, judge, p), full.probe_from_board[p]);
     if (!pose) return fail(fmt::format("station {}: {}", data.placement_names[p], pose.error().message));
     state.probe_from_board[p] = *pose;
   }
-  const auto views = make_views(data.observations);
+  const auto views = make_views(data.observations, data.board_of);
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (!judged_by(*views[v], kind) || !fold.contains(views[v]->placement())) continue;
     ViewEvaluation evaluation;
@@ -173,7 +174,7 @@ void score(const CalibrationData& data, SensorKind kind, const BundleResult& jud
     }
   }
   Squares fitted, held_out;
-  const auto views = make_views(data.observations);
+  const auto views = make_views(data.observations, data.board_of);
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (!judged_by(*views[v], kind)) continue;
     add_squares(*views[v], trial.calibration->bundle.views[v].residuals_px, judge.views[v].inlier, fitted);

@@ -106,26 +106,40 @@ std::vector<Eigen::Vector3d> values_of(const std::map<int, Eigen::Vector3d>& poi
   return values;
 }
 
+double nominal_distance_mm(const Board& board, int a, int b) {
+  const auto& points = board.nominal_mm();
+  return board.scale * (points[static_cast<std::size_t>(a)] - points[static_cast<std::size_t>(b)]).norm();
+}
+
+// The point that lies furthest towards a direction.
+int extreme_point(const Board& board, const Eigen::Vector2d& direction) {
+  const auto& points = board.nominal_mm();
+  const auto furthest = std::max_element(
+      points.begin(), points.end(), [&](const auto& a, const auto& b) { return direction.dot(a) < direction.dot(b); });
+  return static_cast<int>(furthest - points.begin());
+}
+
+// Distances of nearest neighbours, and the diagonals, against the board's.
 void judge_corners(const std::map<int, Eigen::Vector3d>& points, const Board& board, HeldOutBoard& result) {
+  double nearest_mm = std::numeric_limits<double>::infinity();
+  for (int i = 1; i < board.point_count(); ++i) nearest_mm = std::min(nearest_mm, nominal_distance_mm(board, 0, i));
   double squares = 0;
   int pairs = 0;
-  for (const auto& [corner, point] : points) {
-    const bool last_in_row = corner % board.columns == board.columns - 1;
-    for (const int neighbour : {last_in_row ? -1 : corner + 1, corner + board.columns}) {
-      const auto other = points.find(neighbour);
-      if (other == points.end()) continue;
-      squares += std::pow((other->second - point).norm() - board.pitch_mm, 2);
+  for (auto from = points.begin(); from != points.end(); ++from) {
+    for (auto to = std::next(from); to != points.end(); ++to) {
+      const double nominal_mm = nominal_distance_mm(board, from->first, to->first);
+      if (nominal_mm > 1.01 * nearest_mm) continue;
+      squares += std::pow((to->second - from->second).norm() - nominal_mm, 2);
       ++pairs;
     }
   }
   result.pitch_rms_mm = pairs > 0 ? std::sqrt(squares / pairs) : 0;
-  const int last = board.corner_count() - 1;
-  const std::array<std::pair<int, int>, 2> diagonals{{{0, last}, {board.columns - 1, last - board.columns + 1}}};
-  const double nominal = board.pitch_mm * std::hypot(board.columns - 1, board.rows - 1);
   for (std::size_t d = 0; d < 2; ++d) {
-    const auto from = points.find(diagonals[d].first), to = points.find(diagonals[d].second);
+    const Eigen::Vector2d direction(1, d == 0 ? 1 : -1);
+    const int first = extreme_point(board, -direction), last = extreme_point(board, direction);
+    const auto from = points.find(first), to = points.find(last);
     if (from == points.end() || to == points.end()) continue;
-    result.diagonal_error_mm[d] = (to->second - from->second).norm() - nominal;
+    result.diagonal_error_mm[d] = (to->second - from->second).norm() - nominal_distance_mm(board, first, last);
   }
 }
 
@@ -147,7 +161,7 @@ double shape_rms(const std::vector<Eigen::Vector3d>& points, const std::map<int,
                  const Board& board) {
   std::vector<Eigen::Vector3d> on_board, in_camera;
   for (const auto& [corner, point] : corners) {
-    on_board.push_back(board.corner(corner));
+    on_board.push_back(board.point(corner));
     in_camera.push_back(point);
   }
   const auto board_from_camera = rigid_fit(in_camera, on_board);
@@ -162,8 +176,8 @@ double shape_rms(const std::vector<Eigen::Vector3d>& points, const std::map<int,
   return plane ? plane->rms_mm : 0;
 }
 
-// Pixels of the board's white squares inside the corners' hull, one pixel from the squares' edges.
-cv::Mat white_squares(const CornerView& corners, const Board& board, const cv::Mat& white) {
+// Pixels of a chessboard's white squares inside the corners' hull, one pixel from the squares' edges.
+cv::Mat white_squares(const CornerView& corners, const Target& board, const cv::Mat& white) {
   std::map<int, Eigen::Vector2d> pixels;
   for (std::size_t i = 0; i < corners.corners.size(); ++i) pixels[corners.corners[i]] = corners.pixels[i];
   std::array<cv::Mat, 2> masks{cv::Mat::zeros(white.size(), CV_8U), cv::Mat::zeros(white.size(), CV_8U)};
@@ -188,8 +202,9 @@ double kept_share(const cv::Mat& wanted, const cv::Mat& depth_mm) {
   return all > 0 ? static_cast<double>(cv::countNonZero(kept)) / all : 0;
 }
 
-Expected<HeldOutBoard> judge_board(const CalibrationState& state, const BoardStripes& stripes,
-                                   const CornerView& corners, const StationOptions& options) {
+Expected<HeldOutBoard> judge_board(const CalibrationState& state, const BoardSpec& spec, const Board& shape,
+                                   const BoardStripes& stripes, const CornerView& corners,
+                                   const StationOptions& options) {
   const Sensor& camera = state.rig.sensors[stripes.camera];
   const Sensor& projector = state.rig.sensors[stripes.projector];
   const StationGeometry geometry(camera.lens, projector.lens, camera.sensor_from_probe, projector.sensor_from_probe);
@@ -205,13 +220,16 @@ Expected<HeldOutBoard> judge_board(const CalibrationState& state, const BoardStr
 
   HeldOutBoard result;
   result.points = points.size();
-  result.kept_of_white = kept_share(white_squares(corners, state.board, stripes.readings.white), cloud->depth_mm);
+  // Other targets have markers or dots in the way: all of the hull is wanted there.
+  const bool squares = spec.target.kind == TargetKind::chessboard;
+  result.kept_of_white =
+      kept_share(squares ? white_squares(corners, spec.target, stripes.readings.white) : hull, cloud->depth_mm);
   result.dense_plane_rms_mm = plane->rms_mm;
   result.dense_plane_rms_untrimmed_mm = plane->rms_untrimmed_mm;
   result.trimmed_share = plane->trimmed_share;
-  result.dense_shape_rms_mm = shape_rms(points, corner_points, state.board);
+  result.dense_shape_rms_mm = shape_rms(points, corner_points, shape);
   result.corner_plane_rms_mm = corner_plane->rms_untrimmed_mm;
-  judge_corners(corner_points, state.board, result);
+  judge_corners(corner_points, shape, result);
   result.mean_sigma_mm = cv::mean(cloud->sigma_mm, hull & (cloud->depth_mm > 0))[0];
   return result;
 }
@@ -257,7 +275,9 @@ Expected<CrossValidation> cross_validate(const CalibrationData& data, const std:
     if (!calibration) return fail(fmt::format("without station {}: {}", station, calibration.error().message));
     StationOptions named = station_options;
     named.name = "station " + station;
-    auto board = judge_board(calibration->bundle.state, held_out, *corners_of(data, held_out), named);
+    const std::size_t b = data.board_of[held_out.placement];
+    const CalibrationState& state = calibration->bundle.state;
+    auto board = judge_board(state, data.boards[b], state.boards[b], held_out, *corners_of(data, held_out), named);
     if (!board) return tl::unexpected(board.error());
     board->station = station;
     result.boards.push_back(std::move(*board));

@@ -20,13 +20,14 @@ namespace crumple {
 struct HeldOutBoard {
   std::string station;
   std::size_t points = 0;
-  double kept_of_white = 0;  // share of the white squares' pixels (one pixel from their edges) that have a point
+  double kept_of_white = 0;  // share of the white squares' pixels (one pixel from their edges) that have a point;
+                             // of all pixels inside the hull where the board is no chessboard
   double dense_plane_rms_mm = 0;
   double dense_plane_rms_untrimmed_mm = 0;
   double trimmed_share = 0;
   double dense_shape_rms_mm = 0;  // about the board's modelled shape (its warp from the other placements)
   double corner_plane_rms_mm = 0;
-  double pitch_rms_mm = 0;  // neighbouring corners' distances against the pitch
+  double pitch_rms_mm = 0;  // nearest neighbours' distances against the board's
   std::array<double, 2> diagonal_error_mm{};
   double mean_sigma_mm = 0;  // predicted from decoding alone
 };

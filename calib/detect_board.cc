@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/grey_image.h"
 #include "calib/refine_corner.h"
 
 namespace crumple {
@@ -190,16 +191,6 @@ DetectedBoard refined(const cv::Mat& image, const Placement& placement, int boar
   return board;
 }
 
-cv::Mat to_8_bit(const cv::Mat& image) {
-  if (image.depth() == CV_8U) return image;
-  double smallest = 0, largest = 0;
-  cv::minMaxLoc(image, &smallest, &largest);
-  cv::Mat image8;
-  image.convertTo(image8, CV_8U, 255 / std::max(largest - smallest, 1.0),
-                  -smallest * 255 / std::max(largest - smallest, 1.0));
-  return image8;
-}
-
 // Which way round a found grid is: its rows along the board's, x cross y into the board.
 std::optional<Grid> aligned(Grid grid, int columns, int rows) {
   const bool fits = grid.columns <= columns && grid.rows <= rows;
@@ -245,10 +236,6 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   } catch (const cv::Exception& error) {
     return fail(fmt::format("the chessboard detector failed: {}", error.err));
   }
-}
-
-Expected<DetectedBoard> detect_board(const cv::Mat& image, const Board& board) {
-  return detect_grid(image, board.columns, board.rows);
 }
 
 }  // namespace crumple

@@ -22,16 +22,15 @@
 namespace crumple {
 
 struct DetectedBoard {
-  std::vector<int> corners;             // Board::corner indices, ascending
+  std::vector<int> corners;             // Board::point indices, ascending
   std::vector<Eigen::Vector2d> pixels;  // centres of pixels are integers
-  int unrefined = 0;  // corners found that are left out because no two crossing edges fit them (calib/refine_corner.h)
-  bool complete(const Board& board) const { return static_cast<int>(corners.size()) == board.corner_count(); }
+  int unrefined =
+      0;  // points found that are left out: no two crossing edges (calib/refine_corner.h) or no dot fit them
+  bool complete(const Board& board) const { return static_cast<int>(corners.size()) == board.point_count(); }
 };
 
-// `image` is single-channel, CV_8U or CV_16U. The error is a reason without the image's name.
-Expected<DetectedBoard> detect_board(const cv::Mat& image, const Board& board);
-
-// The same for any grid of chessboard corners, such as a projected one.
+// The corners of any chessboard, printed or projected. `image` is single-channel, CV_8U or CV_16U. The error is a
+// reason without the image's name.
 Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows);
 
 }  // namespace crumple

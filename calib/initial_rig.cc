@@ -23,14 +23,16 @@ struct CameraStart {
   std::map<std::size_t, Pose> sensor_from_board;  // by placement
 };
 
-Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, const Board& board,
+// Discs are taken at their image's centre of gravity: the start can bear it.
+Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, const CalibrationState& state,
                                    const std::vector<CornerView>& corners,
                                    const std::vector<std::string>& placement_names) {
   std::map<std::size_t, Eigen::Matrix3d> homographies;
   for (const CornerView& view : corners) {
     if (view.sensor != sensor) continue;
+    const Board& board = state.board_at(view.placement);
     Points2d on_board;
-    for (const int corner : view.corners) on_board.push_back(board.corner(corner).head<2>());
+    for (const int corner : view.corners) on_board.push_back(board.point(corner).head<2>());
     const auto h = homography(on_board, view.pixels);
     if (!h) {
       return fail(fmt::format("{}, station {}: {}", spec.name, placement_names[view.placement], h.error().message));
@@ -161,10 +163,11 @@ Expected<Resection> start_projector(const ProjectorPoints& points) {
 
 }  // namespace
 
-Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensors, const Board& board,
+Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensors, const std::vector<Board>& boards,
+                                           const std::vector<std::size_t>& board_of,
                                            const std::vector<CornerView>& corners,
                                            const std::vector<std::string>& placement_names) {
-  CalibrationState state{{}, board, std::vector<Pose>(placement_names.size())};
+  CalibrationState state{{}, boards, std::vector<Pose>(placement_names.size()), board_of};
   std::map<std::size_t, CameraStart> starts;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const SensorSpec& spec = sensors[s];
@@ -172,7 +175,7 @@ Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensor
                                  1.0 * spec.size.width_px,
                                  {0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1)}};
     if (spec.kind == SensorKind::camera) {
-      const auto start = start_camera(spec, s, board, corners, placement_names);
+      const auto start = start_camera(spec, s, state, corners, placement_names);
       if (!start) return tl::unexpected(start.error());
       intrinsics = start->intrinsics;
       starts[s] = *start;

@@ -33,7 +33,8 @@ struct PixelPairs {
 
 // The cameras and board poses. Sensors without corners keep an identity mount and a lens that only has the right size.
 // The error says which camera lacks what; `placement_names` are for it.
-Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensors, const Board& board,
+Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensors, const std::vector<Board>& boards,
+                                           const std::vector<std::size_t>& board_of,
                                            const std::vector<CornerView>& corners,
                                            const std::vector<std::string>& placement_names);
 

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/detect_board.h"
+#include "calib/target_print.h"
 #include "solvers/closed_form/homography.h"
 
 namespace crumple {
@@ -41,15 +42,17 @@ cv::Mat1f light_of(const cv::Mat& image, const cv::Mat& black) {
   return light;
 }
 
-// 255 inside the outline of the printed squares, one pitch beyond the outermost corners.
-Expected<cv::Mat> printed_squares(const Board& board, const CornerView& printed, cv::Size size) {
+// 255 inside the outline of everything printed.
+Expected<cv::Mat> printed_area(const Target& target, const CornerView& printed, cv::Size size) {
+  const Board board = board_of(target);
   std::vector<Eigen::Vector2d> on_board;
-  for (const int corner : printed.corners) on_board.emplace_back(board.corner(corner).head<2>());
+  for (const int corner : printed.corners) on_board.emplace_back(board.point(corner).head<2>());
   const auto pixel_from_board = homography(on_board, printed.pixels);
   if (!pixel_from_board) return tl::unexpected(pixel_from_board.error());
-  const double pitch = board.pitch_mm, right = board.columns * pitch, bottom = board.rows * pitch;
+  const auto [low, high] = TargetPrint(target).extent();
   std::vector<cv::Point> outline;
-  for (const auto& [x, y] : {std::pair{-pitch, -pitch}, {right, -pitch}, {right, bottom}, {-pitch, bottom}}) {
+  for (const auto& [x, y] :
+       {std::pair{low.x(), low.y()}, {high.x(), low.y()}, {high.x(), high.y()}, {low.x(), high.y()}}) {
     const Eigen::Vector2d pixel = apply_homography(*pixel_from_board, {x, y});
     outline.emplace_back(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
   }
@@ -112,12 +115,12 @@ bool evenly_light(const cv::Mat1f& reflected, float bright, const Eigen::Vector2
 }  // namespace
 
 Expected<ProjectedCorners> detect_projected_board(const ProjectedBoardImages& images,
-                                                  const ProjectedChessboard& chessboard, const Board& board,
+                                                  const ProjectedChessboard& chessboard, const Target& target,
                                                   const CornerView& printed) {
   const cv::Mat1f light = light_of(images.chessboard, images.black);
   Separated separated;
   if (images.white.empty()) {
-    const auto squares = printed_squares(board, printed, light.size());
+    const auto squares = printed_area(target, printed, light.size());
     if (!squares) return tl::unexpected(squares.error());
     separated = print_painted_over(light, *squares);
   } else {

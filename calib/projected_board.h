@@ -14,8 +14,8 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
+#include "calib/target.h"
 #include "recon/patterns.h"
-#include "solvers/board.h"
 #include "solvers/expected.h"
 #include "solvers/observations.h"
 
@@ -33,10 +33,10 @@ struct ProjectedCorners {
   std::vector<Eigen::Vector2d> camera_pixels;
 };
 
-// `printed` are the corners of `board` in the same camera and placement. The error is a reason without the images'
-// name.
+// `printed` are the marked points of `target` in the same camera and placement. The error is a reason without the
+// images' name.
 Expected<ProjectedCorners> detect_projected_board(const ProjectedBoardImages& images,
-                                                  const ProjectedChessboard& chessboard, const Board& board,
+                                                  const ProjectedChessboard& chessboard, const Target& target,
                                                   const CornerView& printed);
 
 }  // namespace crumple

@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "calib/grey_image.h"
+
 namespace crumple {
 namespace {
 
@@ -54,8 +56,7 @@ std::vector<Sample> samples_around(const cv::Mat& image, const Eigen::Vector2d& 
       const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - start;
       if (offset.norm() > kReach_px || (in_steps * offset).cwiseAbs().maxCoeff() > kReachOfStep) continue;
       if (x < 0 || y < 0 || x >= image.cols || y >= image.rows) return {};
-      const double intensity = image.depth() == CV_8U ? image.at<std::uint8_t>(y, x) : image.at<std::uint16_t>(y, x);
-      samples.push_back({offset, intensity});
+      samples.push_back({offset, intensity_at(image, x, y)});
     }
   }
   return samples;

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "calib/detect_board.h"
+#include "calib/detect_target.h"
 #include "calib/projected_board.h"
 #include "cli/progress.h"
 #include "solvers/parallel.h"
@@ -15,12 +15,17 @@
 namespace crumple {
 namespace {
 
+// One board in one camera at one station.
+struct BoardSight {
+  std::size_t board = 0;
+  Expected<DetectedBoard> found;
+};
+
 // One camera at one station.
 struct Sight {
   std::size_t sensor = 0;
-  std::string station;
-  std::optional<DetectedBoard> board;
-  std::string reason;  // why there is none
+  const Station* station = nullptr;
+  std::vector<BoardSight> boards;
   std::optional<std::string> error;
 };
 
@@ -41,17 +46,30 @@ Expected<std::vector<SensorSpec>> chosen_sensors(const Capture& capture, const s
 }
 
 void look(const Capture& capture, const SensorSpec& camera, Sight& sight) {
-  const auto image = read_board_image(capture, camera.name, sight.station);
+  const auto image = read_board_image(capture, camera.name, sight.station->id);
   if (!image) {
     sight.error = image.error().message;
     return;
   }
-  const auto board = detect_board(*image, *capture.board);
-  if (board) {
-    sight.board = *board;
-  } else {
-    sight.reason = board.error().message;
+  for (const std::size_t board : sight.station->boards) {
+    sight.boards.push_back({board, detect_target(*image, capture.boards[board].target)});
   }
+}
+
+// A part of a chessboard could as well be part of another board.
+Expected<DetectedBoard> told_from_others(const Expected<DetectedBoard>& found, const BoardSpec& board,
+                                         const Station& station) {
+  const bool may_be_another = station.boards.size() > 1 && !is_coded(board.target.kind);
+  if (!found || !may_be_another) return found;
+  const int seen = static_cast<int>(found->corners.size()) + found->unrefined;
+  if (seen < board_of(board.target).point_count()) {
+    return fail("only part of it is seen, which could be part of another board: use coded boards, or show it whole");
+  }
+  return found;
+}
+
+std::string placement_name(const Capture& capture, const Station& station, std::size_t board) {
+  return capture.boards.size() > 1 ? station.id + "/" + capture.boards[board].name : station.id;
 }
 
 std::optional<std::size_t> index_of(const std::vector<SensorSpec>& sensors, const std::optional<std::string>& name) {
@@ -63,7 +81,7 @@ std::optional<std::size_t> index_of(const std::vector<SensorSpec>& sensors, cons
 
 Expected<BoardStripes> read_board_stripes(const Capture& capture, const CalibrationInput& input, const CornerView& view,
                                           std::size_t projector) {
-  const std::string& station = input.data.placement_names[view.placement];
+  const std::string& station = input.stations[view.placement];
   const std::string& camera = input.data.sensors[view.sensor].name;
   auto images = read_stripe_images(capture, camera, station);
   if (!images) return tl::unexpected(images.error());
@@ -120,10 +138,11 @@ struct ProjectedSight {
 };
 
 ProjectedSight look_for_projected(const Capture& capture, const CalibrationInput& input, const CornerView& view) {
-  const auto images = read_projected_board_images(capture, input.data.sensors[view.sensor].name,
-                                                  input.data.placement_names[view.placement]);
+  const auto images =
+      read_projected_board_images(capture, input.data.sensors[view.sensor].name, input.stations[view.placement]);
   if (!images) return {fail(images.error().message), images.error().message};
-  return {detect_projected_board(*images, *capture.projected_chessboard, *capture.board, view), {}};
+  const Target& print = input.data.boards[input.data.board_of[view.placement]].target;
+  return {detect_projected_board(*images, *capture.projected_chessboard, print, view), {}};
 }
 
 // Every camera's projected corners on every plate whose print it found, as observations and as the projector's start.
@@ -182,29 +201,54 @@ Expected<void> add_projector(const Capture& capture, ProjectorSource source, int
   return {};
 }
 
+// A board that one camera found, as an observation of its placement; or the reason why it is left out.
+void add_corners(const Capture& capture, const Sight& sight, const BoardSight& seen, CalibrationInput& input) {
+  const std::string& camera = input.data.sensors[sight.sensor].name;
+  const std::string name = placement_name(capture, *sight.station, seen.board);
+  const auto found = told_from_others(seen.found, capture.boards[seen.board], *sight.station);
+  if (!found) {
+    input.skipped.push_back({name, camera, found.error().message, false});
+    return;
+  }
+  if (found->unrefined > 0) {
+    log_warning(fmt::format("station {}, {}: {} points are left out: what is seen there does not fit them", name,
+                            camera, found->unrefined));
+  }
+  auto& names = input.data.placement_names;
+  const auto known = std::find(names.begin(), names.end(), name);
+  const auto placement = static_cast<std::size_t>(known - names.begin());
+  if (known == names.end()) {
+    names.push_back(name);
+    input.stations.push_back(sight.station->id);
+    input.data.board_of.push_back(seen.board);
+  }
+  input.data.observations.corners.push_back({sight.sensor, placement, found->corners, found->pixels});
+}
+
 }  // namespace
 
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
                                                   ProjectorSource source, int threads) {
-  if (!capture.board) {
+  if (capture.boards.empty()) {
     return fail(fmt::format("{} describes no board: a calibration needs one", capture.description.string()));
   }
   const auto sensors = chosen_sensors(capture, only);
   if (!sensors) return tl::unexpected(sensors.error());
   CalibrationInput input;
   input.data.sensors = *sensors;
-  input.data.board = *capture.board;
+  input.data.boards = capture.boards;
+  input.data.temperature = capture.record.temperature;
 
   std::vector<Sight> sights;
   for (const Station& station : capture.stations) {
-    if (!station.board) continue;
+    if (station.boards.empty()) continue;
     for (std::size_t s = 0; s < sensors->size(); ++s) {
       if ((*sensors)[s].kind != SensorKind::camera) continue;
       if (const auto exclusion = capture.exclusion(station.id, (*sensors)[s].name)) {
         input.skipped.push_back({station.id, (*sensors)[s].name, exclusion->reason, true});
         continue;
       }
-      sights.push_back({s, station.id, {}, {}, {}});
+      sights.push_back({s, &station, {}, {}});
     }
   }
   Progress progress("detecting boards", sights.size());
@@ -213,22 +257,9 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
     progress.advance();
   });
 
-  std::map<std::string, std::size_t> placements;
   for (const Sight& sight : sights) {
-    const std::string& name = (*sensors)[sight.sensor].name;
     if (sight.error) return fail(*sight.error);
-    if (!sight.board) {
-      input.skipped.push_back({sight.station, name, sight.reason, false});
-      continue;
-    }
-    if (sight.board->unrefined > 0) {
-      log_warning(fmt::format("station {}, {}: {} corners are left out: no two crossing edges fit them", sight.station,
-                              name, sight.board->unrefined));
-    }
-    const auto [placement, is_new] = placements.try_emplace(sight.station, input.data.placement_names.size());
-    if (is_new) input.data.placement_names.push_back(sight.station);
-    input.data.observations.corners.push_back(
-        {sight.sensor, placement->second, sight.board->corners, sight.board->pixels});
+    for (const BoardSight& seen : sight.boards) add_corners(capture, sight, seen, input);
   }
   input.data.observations.placement_count = input.data.placement_names.size();
   if (auto added = add_projector(capture, source, threads, input); !added) return tl::unexpected(added.error());

@@ -21,6 +21,7 @@ struct SkippedView {
 
 struct CalibrationInput {
   CalibrationData data;
+  std::vector<std::string> stations;  // of each placement
   std::vector<BoardStripes> stripes;  // one per camera, projector and placement
   std::vector<SkippedView> skipped;
 };
@@ -28,9 +29,10 @@ struct CalibrationInput {
 // What the projector is calibrated from; automatic: all of this that the capture has.
 enum class ProjectorSource { automatic, stripes, chessboard };
 
-// Sensors named in `only` (all where it is empty), cameras first. Fails on an image that cannot be read, and where the
-// capture lacks the projector's source or its chessboard is found nowhere; a board that is not found, printed or
-// projected, only loses its view.
+// Sensors named in `only` (all where it is empty), cameras first. A placement is a board at a station, named after the
+// station and, where the capture has several boards, the board ("07/small"). Fails on an image that cannot be read, and
+// where the capture lacks the projector's source or its chessboard is found nowhere; a board that is not found, printed
+// or projected, only loses its view.
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
                                                   ProjectorSource source, int threads);
 

@@ -64,6 +64,13 @@ json sensor_json(const Calibration& calibration, std::size_t index) {
   return result;
 }
 
+json board_json(const Calibration& calibration, const Board& board) {
+  return {{"warp_estimated", calibration.warp_estimated},
+          {"warp_statistic", calibration.warp_statistic},
+          {"warp_mm", {board.warp_mm.x(), board.warp_mm.y()}},
+          {"scale", board.scale}};
+}
+
 json views_json(const Calibration& calibration) {
   json views = json::array();
   for (const ViewSummary& view : calibration.bundle.views) {
@@ -133,11 +140,15 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
                {"skipped", json::array()},
                {"corner_inflation", calibration.inflation.corners},
                {"stripe_inflation", calibration.inflation.stripes},
-               {"scale_uncertainty", "unknown: the board has no certificate"},
                {"priors", priors_json(calibration)},
                {"undetermined", undetermined_json(calibration.bundle)},
                {"condition", calibration.bundle.covariance.condition()},
                {"weakest_direction", calibration.bundle.covariance.weakest_direction()}};
+  summary["scale_uncertainty"] =
+      calibration.scale ? json(calibration.scale->relative) : json("unknown: the board has no certificate");
+  if (calibration.scale && !calibration.scale->missing.empty()) {
+    summary["scale_uncertainty_lacks"] = calibration.scale->missing;
+  }
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
     summary["sensors"][state.rig.sensors[s].name] = sensor_json(calibration, s);
   }
@@ -145,9 +156,7 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
     summary["skipped"].push_back(
         {{"station", view.station}, {"sensor", view.sensor}, {"reason", view.reason}, {"by_hand", view.by_hand}});
   }
-  summary["board"] = {{"warp_estimated", calibration.warp_estimated},
-                      {"warp_statistic", calibration.warp_statistic},
-                      {"warp_mm", {state.board.warp_mm.x(), state.board.warp_mm.y()}}};
+  for (const Board& board : state.boards) summary["boards"][board.name] = board_json(calibration, board);
   return summary;
 }
 
@@ -190,11 +199,16 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
   if (calibration.inflation.stripes > 1) {
     text += fmt::format("stripe readings: {:.1f} correlated ones count as one\n", calibration.inflation.stripes);
   }
-  const Eigen::Vector2d warp = bundle.state.board.warp_mm;
-  text += calibration.warp_estimated ? fmt::format("board warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", warp.x(),
-                                                   warp.y(), calibration.warp_statistic)
-                                     : std::string("board: taken as flat\n");
-  return text + "scale uncertainty: unknown, the board has no certificate\n";
+  for (const Board& board : bundle.state.boards) {
+    text += calibration.warp_estimated ? fmt::format("{} warp: {:.4f} {:.4f} mm (statistic {:.1f})\n", board.name,
+                                                     board.warp_mm.x(), board.warp_mm.y(), calibration.warp_statistic)
+                                       : fmt::format("{}: taken as flat\n", board.name);
+  }
+  if (!calibration.scale) return text + "scale uncertainty: unknown, the board has no certificate\n";
+  text +=
+      fmt::format("scale: relative uncertainty {:.3g} (k = 1) by the board's certificate", calibration.scale->relative);
+  const std::string& missing = calibration.scale->missing;
+  return text + (missing.empty() ? "\n" : fmt::format("; it lacks a part, for {}\n", missing));
 }
 
 json cross_validation_summary(const CrossValidation& validation) {

@@ -10,7 +10,6 @@
 #include "datasets/run_record.h"
 
 namespace crumple {
-namespace {
 
 std::string date_of_run() {
   std::time_t seconds = std::time(nullptr);
@@ -20,8 +19,6 @@ std::string date_of_run() {
   }
   return fmt::format("{:%Y-%m-%d}", fmt::gmtime(seconds));
 }
-
-}  // namespace
 
 Expected<void> commit_with_record(OutputFolder& folder, const VerbContext& context,
                                   const std::vector<std::filesystem::path>& inputs,

@@ -13,8 +13,11 @@
 
 namespace crumple {
 
+// Today, or the day of SOURCE_DATE_EPOCH where the environment sets it (reproducible-builds.org), ISO 8601.
+std::string date_of_run();
+
 // Writes the run record (see datasets/run_record.h) into the folder and gives the folder its final name. The record's
-// date is SOURCE_DATE_EPOCH where the environment sets it (reproducible-builds.org), else today.
+// date is date_of_run.
 Expected<void> commit_with_record(OutputFolder& folder, const VerbContext& context,
                                   const std::vector<std::filesystem::path>& inputs = {},
                                   const std::map<std::string, std::uint64_t>& seeds = {});

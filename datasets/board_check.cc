@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
-#include "calib/detect_board.h"
+#include "calib/detect_target.h"
 #include "calib/stripe_observations.h"
 
 namespace crumple {
@@ -25,16 +25,16 @@ const ShownFrame* find(const std::vector<ShownFrame>& frames, Kind kind) {
 
 }  // namespace
 
-std::vector<Finding> check_board(const std::vector<ShownFrame>& frames, const Board& board, double full_scale,
+std::vector<Finding> check_board(const std::vector<ShownFrame>& frames, const BoardSpec& board, double full_scale,
                                  const std::string& where) {
   const ShownFrame* white = find(frames, Kind::white);
   const ShownFrame* ambient = find(frames, Kind::ambient);
   const ShownFrame* black = find(frames, Kind::black);
   const ShownFrame* shown = white != nullptr ? white : ambient;
   if (shown == nullptr) return {};
-  auto detected = detect_board(shown->image, board);
+  auto detected = detect_target(shown->image, board.target);
   const bool by_ambient = !detected && white != nullptr && ambient != nullptr;
-  if (by_ambient) detected = detect_board(ambient->image, board);
+  if (by_ambient) detected = detect_target(ambient->image, board.target);
   if (!detected) {
     return {{Severity::warning, where,
              fmt::format("the board is not found in {}: {}; this view will not be used", shown->name,

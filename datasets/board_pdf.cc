@@ -4,12 +4,14 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <vector>
 
 #include <cairo-pdf.h>
 #include <fmt/core.h>
 
+#include "calib/target_print.h"
 #include "datasets/output_folder.h"
 
 namespace crumple {
@@ -20,19 +22,16 @@ constexpr double footer_mm = 18;  // scale bar and text
 constexpr double points_per_mm = 72 / 25.4;
 constexpr double text_height_mm = 3.2;
 
-struct Extent {
-  double width_mm;
-  double height_mm;
-};
-
-Extent pattern_extent(const Board& board) {
-  return {(board.columns + 1) * board.pitch_mm, (board.rows + 1) * board.pitch_mm};
+// Width and height of everything dark, mm.
+Eigen::Vector2d pattern_size(const Target& target) {
+  const auto [low, high] = TargetPrint(target).extent();
+  return high - low;
 }
 
 // Wide enough for a bar worth measuring, too.
-Extent needed(const Board& board) {
-  const Extent pattern = pattern_extent(board);
-  return {std::max(pattern.width_mm, 60.0) + 2 * margin_mm, pattern.height_mm + 2 * margin_mm + footer_mm};
+Eigen::Vector2d needed(const Target& target) {
+  const Eigen::Vector2d pattern = pattern_size(target);
+  return {std::max(pattern.x(), 60.0) + 2 * margin_mm, pattern.y() + 2 * margin_mm + footer_mm};
 }
 
 std::vector<PaperSize> standard_papers() {
@@ -61,16 +60,6 @@ std::optional<PaperSize> custom_paper(const std::string& text) {
   return made_to_measure(width_mm, height_mm);
 }
 
-Expected<void> check_board(const Board& board) {
-  if (board.columns < 2 || board.rows < 2 || board.columns > 1000 || board.rows > 1000)
-    return fail(fmt::format("A board of {} x {} inner corners cannot be drawn: 2 to 1000 each way.", board.columns,
-                            board.rows));
-  if (!std::isfinite(board.pitch_mm) || board.pitch_mm <= 0 || board.pitch_mm > 1000)
-    return fail(
-        fmt::format("A board with a pitch of {:g} mm cannot be drawn: above 0 and up to 1000.", board.pitch_mm));
-  return {};
-}
-
 struct CairoDelete {
   void operator()(cairo_t* context) const { cairo_destroy(context); }
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
@@ -81,11 +70,19 @@ cairo_status_t append_to_string(void* closure, const unsigned char* data, unsign
   return CAIRO_STATUS_SUCCESS;
 }
 
-void draw_squares(cairo_t* context, const Board& board, double left_mm, double top_mm) {
-  for (int row = 0; row <= board.rows; ++row)
-    for (int column = row % 2; column <= board.columns; column += 2)
-      cairo_rectangle(context, left_mm + column * board.pitch_mm, top_mm + row * board.pitch_mm, board.pitch_mm,
-                      board.pitch_mm);
+// All shapes are filled at once: filled one by one, neighbours would show a seam where they meet.
+void draw_target(cairo_t* context, const Target& target, double left_mm, double top_mm) {
+  const TargetPrint print(target);
+  const Eigen::Vector2d shift = Eigen::Vector2d(left_mm, top_mm) - print.extent().low_mm;
+  for (const PrintedBox& box : print.boxes()) {
+    const Eigen::Vector2d low = box.low_mm + shift, size = box.high_mm - box.low_mm;
+    cairo_rectangle(context, low.x(), low.y(), size.x(), size.y());
+  }
+  for (const PrintedDisc& disc : print.discs()) {
+    const Eigen::Vector2d centre = disc.centre_mm + shift;
+    cairo_new_sub_path(context);
+    cairo_arc(context, centre.x(), centre.y(), disc.radius_mm, 0, 2 * std::numbers::pi);
+  }
   cairo_fill(context);
 }
 
@@ -94,8 +91,14 @@ void draw_text(cairo_t* context, const std::string& text, double left_mm, double
   cairo_show_text(context, text.c_str());
 }
 
+double width_of(cairo_t* context, const std::string& text) {
+  cairo_text_extents_t extents;
+  cairo_text_extents(context, text.c_str(), &extents);
+  return extents.width;
+}
+
 // A bar with a tick every 10 mm, as long as fits, and two lines of text.
-void draw_footer(cairo_t* context, const Board& board, const PaperSize& paper, double top_mm) {
+void draw_footer(cairo_t* context, const Target& target, const PaperSize& paper, double top_mm) {
   const double length_mm = std::min(200.0, std::floor((paper.width_mm - 2 * margin_mm) / 10) * 10);
   cairo_set_line_width(context, 0.2);
   cairo_move_to(context, margin_mm, top_mm);
@@ -107,28 +110,24 @@ void draw_footer(cairo_t* context, const Board& board, const PaperSize& paper, d
   cairo_stroke(context);
   cairo_select_font_face(context, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
   const std::string scale = fmt::format("Print at 100 %. The bar is {:g} mm long: measure it.", length_mm);
-  const std::string what =
-      fmt::format("{} x {} inner corners, pitch {:g} mm", board.columns, board.rows, board.pitch_mm);
+  const std::string what = words(target);
   cairo_set_font_size(context, text_height_mm);
-  cairo_text_extents_t extents;
-  cairo_text_extents(context, scale.c_str(), &extents);
   const double room_mm = paper.width_mm - 2 * margin_mm;
-  if (extents.width > room_mm) cairo_set_font_size(context, text_height_mm * room_mm / extents.width);
+  const double longest_mm = std::max(width_of(context, scale), width_of(context, what));
+  if (longest_mm > room_mm) cairo_set_font_size(context, text_height_mm * room_mm / longest_mm);
   draw_text(context, scale, margin_mm, top_mm + 4 + text_height_mm);
   draw_text(context, what, margin_mm, top_mm + 5 + 2.2 * text_height_mm);
 }
 
 }  // namespace
 
-Expected<PaperSize> choose_paper(const std::string& paper, const Board& board) {
-  if (auto sound = check_board(board); !sound) return tl::unexpected(sound.error());
-  const Extent need = needed(board);
-  const auto fits = [&](const PaperSize& size) {
-    return size.width_mm >= need.width_mm && size.height_mm >= need.height_mm;
-  };
+Expected<PaperSize> choose_paper(const std::string& paper, const Target& target) {
+  if (const auto sound = checked(target); !sound) return tl::unexpected(sound.error());
+  const Eigen::Vector2d need = needed(target);
+  const auto fits = [&](const PaperSize& size) { return size.width_mm >= need.x() && size.height_mm >= need.y(); };
   const auto too_small = [&] {
-    return fail(fmt::format("The board needs {:g} x {:g} mm of paper, which {} does not have.", need.width_mm,
-                            need.height_mm, paper));
+    return fail(
+        fmt::format("The board needs {:g} x {:g} mm of paper, which {} does not have.", need.x(), need.y(), paper));
   };
   if (const auto custom = custom_paper(paper)) return fits(*custom) ? Expected<PaperSize>(*custom) : too_small();
   bool known = paper == "auto";
@@ -140,11 +139,11 @@ Expected<PaperSize> choose_paper(const std::string& paper, const Board& board) {
   if (!known)
     return fail(fmt::format("{} is not a paper size: auto, A4, A3, A2, A1, A0 or millimetres such as 400x300.", paper));
   if (paper != "auto") return too_small();
-  return made_to_measure(std::ceil(need.width_mm), std::ceil(need.height_mm));
+  return made_to_measure(std::ceil(need.x()), std::ceil(need.y()));
 }
 
-Expected<void> write_board_pdf(const std::filesystem::path& file, const Board& board, const PaperSize& paper) {
-  if (auto sound = check_board(board); !sound) return sound;
+Expected<void> write_board_pdf(const std::filesystem::path& file, const Target& target, const PaperSize& paper) {
+  if (const auto sound = checked(target); !sound) return tl::unexpected(sound.error());
   std::string pdf;
   const std::unique_ptr<cairo_surface_t, CairoDelete> surface(cairo_pdf_surface_create_for_stream(
       append_to_string, &pdf, paper.width_mm * points_per_mm, paper.height_mm * points_per_mm));
@@ -153,11 +152,11 @@ Expected<void> write_board_pdf(const std::filesystem::path& file, const Board& b
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, "Calibration board");
   const std::unique_ptr<cairo_t, CairoDelete> context(cairo_create(surface.get()));
   cairo_scale(context.get(), points_per_mm, points_per_mm);
-  const Extent pattern = pattern_extent(board);
-  const double left_mm = (paper.width_mm - pattern.width_mm) / 2;
-  const double top_mm = (paper.height_mm - footer_mm - pattern.height_mm) / 2;
-  draw_squares(context.get(), board, left_mm, top_mm);
-  draw_footer(context.get(), board, paper, paper.height_mm - margin_mm - footer_mm + 4);
+  const Eigen::Vector2d pattern = pattern_size(target);
+  const double left_mm = (paper.width_mm - pattern.x()) / 2;
+  const double top_mm = (paper.height_mm - footer_mm - pattern.y()) / 2;
+  draw_target(context.get(), target, left_mm, top_mm);
+  draw_footer(context.get(), target, paper, paper.height_mm - margin_mm - footer_mm + 4);
   cairo_show_page(context.get());
   cairo_surface_finish(surface.get());
   if (const cairo_status_t status = cairo_surface_status(surface.get()); status != CAIRO_STATUS_SUCCESS)

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "solvers/board.h"
+#include "calib/target.h"
 #include "solvers/expected.h"
 
 namespace crumple {
@@ -17,10 +17,10 @@ struct PaperSize {
 
 // `paper` is "auto" (the smallest of A4 to A0, lying or upright, that takes the board, else a sheet made to measure),
 // "A4" to "A0", or a size such as "400x300" in mm. Fails where the board does not fit, saying what it needs.
-Expected<PaperSize> choose_paper(const std::string& paper, const Board& board);
+Expected<PaperSize> choose_paper(const std::string& paper, const Target& target);
 
-// (columns + 1) x (rows + 1) squares, the top left one black; below them a bar to check the printer's scale with, and
-// what the board is. The board's frame has x to the right and y down on the sheet. Same input, same bytes.
-Expected<void> write_board_pdf(const std::filesystem::path& file, const Board& board, const PaperSize& paper);
+// The target, with x to the right and y down on the sheet; below it a bar to check the printer's scale with, and what
+// the board is. Same input, same bytes.
+Expected<void> write_board_pdf(const std::filesystem::path& file, const Target& target, const PaperSize& paper);
 
 }  // namespace crumple

@@ -33,6 +33,14 @@ std::string joined_errors(const std::vector<Finding>& findings) {
   return count > 5 ? fmt::format("{}\nand {} more errors", text, count - 5) : text;
 }
 
+// A capture's folder, or its bag, may stand for the description in it.
+std::filesystem::path description_in(const std::filesystem::path& path) {
+  std::error_code failure;
+  if (!std::filesystem::is_directory(path, failure)) return path;
+  const std::filesystem::path bagged = path / "data" / "capture.yaml";
+  return std::filesystem::exists(bagged, failure) ? bagged : path / "capture.yaml";
+}
+
 }  // namespace
 
 const CaptureSensor* Capture::sensor(const std::string& name) const {
@@ -108,18 +116,19 @@ std::string frame_words(const FrameContent& content) {
 
 Expected<Capture> read_capture(const std::filesystem::path& description,
                                const std::optional<std::filesystem::path>& images) {
-  const auto text = read_file(description);
+  const std::filesystem::path file = description_in(description);
+  const auto text = read_file(file);
   if (!text) return tl::unexpected(text.error());
-  auto capture = parse_capture(*text, description.string());
+  auto capture = parse_capture(*text, file.string());
   if (!capture) return capture;
-  capture->description = description;
-  capture->images = images ? *images : description.parent_path() / capture->images;
+  capture->description = file;
+  capture->images = images ? *images : file.parent_path() / capture->images;
   std::error_code failure;
   if (!std::filesystem::is_directory(capture->images, failure)) {
     return fail(
         fmt::format("{}: the image folder {} does not exist: correct `images`, or name the folder on the "
                     "command line",
-                    description.string(), capture->images.string()));
+                    file.string(), capture->images.string()));
   }
   return capture;
 }

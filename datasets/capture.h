@@ -10,10 +10,10 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "calib/board_spec.h"
 #include "datasets/image_io.h"
 #include "recon/patterns.h"
 #include "recon/stripe_images.h"
-#include "solvers/board.h"
 #include "solvers/expected.h"
 #include "solvers/lens.h"
 #include "solvers/rig.h"
@@ -26,6 +26,7 @@ struct CaptureSensor {
   ImageSize size;
   std::string lens_model;                        // LENSMODEL_OPENCV5 unless capture.yaml says otherwise
   ColourEncoding colour = ColourEncoding::srgb;  // how a camera's colour images become grey
+  std::string serial = {};                       // for the record
 };
 
 // How a camera's files are named: a path below the image folder with {station}, {sensor}, {frame} or {frame:02}, and
@@ -46,8 +47,8 @@ struct FrameContent {
 
 struct Station {
   std::string id;
-  bool board = true;          // the board is in view, at a placement of its own
-  std::string name_in_files;  // what {station} stands for; empty: the id
+  std::vector<std::size_t> boards;  // in view, each at a placement of its own: into Capture::boards
+  std::string name_in_files;        // what {station} stands for; empty: the id
 };
 
 struct Exclusion {
@@ -56,12 +57,21 @@ struct Exclusion {
   std::string reason;
 };
 
+// Under what circumstances it was taken; empty where that is not stated.
+struct CaptureRecord {
+  std::string operator_name;
+  std::string date;
+  std::optional<Temperature> temperature;  // of the boards
+};
+
 struct Capture {
+  int schema = 0;                     // of the description: crumple-capture/1 or /2
   std::filesystem::path description;  // the capture.yaml it was read from
   std::filesystem::path images;       // the folder that file names are relative to
   std::string title;
+  CaptureRecord record;
   std::vector<CaptureSensor> sensors;
-  std::optional<Board> board;
+  std::vector<BoardSpec> boards;         // what the stations may show
   std::optional<std::string> projector;  // the sensor that shows the frames' content
   std::vector<StripeOrientation> orientations;
   std::optional<ProjectedChessboard> projected_chessboard;
@@ -90,8 +100,8 @@ std::string frame_words(const FrameContent& content);
 // Validates a description's text; `images` is as written there. Errors name the file, line and column.
 Expected<Capture> parse_capture(const std::string& text, const std::string& file_name);
 
-// Reads and validates a description; images are looked for in `images` where given, else in the folder the description
-// names, else beside it.
+// Reads and validates a description, or the one in a capture's folder or bag (datasets/bag.h); images are looked for in
+// `images` where given, else in the folder the description names, else beside it.
 Expected<Capture> read_capture(const std::filesystem::path& description,
                                const std::optional<std::filesystem::path>& images = {});
 

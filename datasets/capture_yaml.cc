@@ -11,13 +11,16 @@
 #include "datasets/capture.h"
 #include "datasets/file_template.h"
 #include "datasets/frame_list.h"
+#include "datasets/target_yaml.h"
 #include "datasets/yaml_reader.h"
 #include "datasets/yaml_values.h"
 
 namespace crumple {
 namespace {
 
-constexpr const char* kSchema = "crumple-capture/1";
+// Every version that was ever written is read. Version 2 added keys and changed none, so a description of version 1 is
+// one of version 2; it must not use the newer keys, for its version says which programs understand it.
+const std::vector<std::string> kSchemas = {"crumple-capture/2", "crumple-capture/1"};  // the newest first
 
 // Station names end up in file names, of images and of results.
 bool is_station_name(const std::string& name) {
@@ -51,6 +54,7 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
     sensor.kind = kind->one_of({"camera", "projector"}) == "camera" ? SensorKind::camera : SensorKind::projector;
   }
   sensor.size = read_size_px(map);
+  if (const auto serial = map.find("serial")) sensor.serial = serial->text();
   if (const auto lens = map.find("lens")) {
     sensor.lens_model = lens->text();
     if (!sensor.lens_model.empty() && lens_parameter_names(sensor.lens_model).empty()) {
@@ -75,16 +79,25 @@ FilesValues read_sensors(const YamlValue& value, Capture& capture) {
   return files_values;
 }
 
-Board read_board(const YamlValue& value) {
-  YamlMap map = value.map();
-  Board board;
-  if (const auto kind = map.require("kind", "chessboard")) kind->one_of({"chessboard"});
-  std::tie(board.columns, board.rows) = read_inner_corners(map);
-  if (const auto pitch = map.require("pitch_mm", "the distance between neighbouring corners")) {
-    board.pitch_mm = pitch->positive_number();
+// `board`, or `boards` by their names, which must not be sensors': the estimated parameters are named after both.
+void read_boards(YamlMap& root, Capture& capture) {
+  const auto one = root.find("board");
+  const auto many = root.find("boards");
+  if (one) capture.boards.push_back(read_board(*one, "board"));
+  if (!many) return;
+  if (one) many->problem("stands beside `board`: name that one here, too");
+  YamlMap map = many->map();
+  for (const auto& [name, board] : map.entries()) {
+    if (!is_plain_name(name)) board.problem("a name consists of letters, digits, _ and -");
+    if (capture.sensor(name) != nullptr) board.problem(fmt::format("`{}` is a sensor's name already", name));
+    capture.boards.push_back(read_board(board, name));
+    for (std::size_t b = 0; b + 1 < capture.boards.size(); ++b) {
+      if (share_markers(capture.boards[b].target, capture.boards.back().target)) {
+        board.problem(fmt::format("has markers in common with `{}`: use another `first_id` or dictionary",
+                                  capture.boards[b].name));
+      }
+    }
   }
-  map.finish();
-  return board;
 }
 
 void read_patterns(const YamlValue& value, Capture& capture) {
@@ -108,18 +121,41 @@ void read_patterns(const YamlValue& value, Capture& capture) {
   map.finish();
 }
 
-Station read_station(const YamlValue& value, bool has_board) {
+// `board: false`: none is in view; `boards: [a, b]`: only these are.
+void read_boards_in_view(YamlMap& map, const Capture& capture, Station& station) {
+  if (const auto board = map.find("board")) {
+    const bool in_view = board->boolean();
+    if (in_view && capture.boards.empty()) board->problem("is true, but no `board` is described: add one");
+    if (!in_view) station.boards.clear();
+  }
+  const auto boards = map.find("boards");
+  if (!boards) return;
+  station.boards.clear();
+  for (const YamlValue& item : boards->list()) {
+    const std::string name = item.text();
+    const auto found = std::find_if(capture.boards.begin(), capture.boards.end(),
+                                    [&](const BoardSpec& board) { return board.name == name; });
+    if (found == capture.boards.end()) {
+      if (!name.empty()) item.problem(fmt::format("there is no board `{}`", name));
+      continue;
+    }
+    const auto index = static_cast<std::size_t>(found - capture.boards.begin());
+    if (std::find(station.boards.begin(), station.boards.end(), index) != station.boards.end()) {
+      item.problem("is listed twice");
+    }
+    station.boards.push_back(index);
+  }
+}
+
+Station read_station(const YamlValue& value, const Capture& capture) {
   Station station;
-  station.board = has_board;
+  for (std::size_t b = 0; b < capture.boards.size(); ++b) station.boards.push_back(b);
   if (value.is_scalar()) {
     station.id = value.text();
   } else {
     YamlMap map = value.map();
     if (const auto id = map.require("id", "the station's name")) station.id = id->text();
-    if (const auto board = map.find("board")) {
-      station.board = board->boolean();
-      if (station.board && !has_board) board->problem("is true, but no `board` is described: add one");
-    }
+    read_boards_in_view(map, capture, station);
     if (const auto name = map.find("name_in_files")) station.name_in_files = name->text();
     map.finish();
   }
@@ -133,7 +169,7 @@ void read_stations(const YamlValue& value, Capture& capture) {
   std::set<std::string> ids;
   std::set<std::string> names_in_files;
   for (const YamlValue& item : value.list()) {
-    const Station station = read_station(item, capture.board.has_value());
+    const Station station = read_station(item, capture);
     const std::string& name = station.name_in_files.empty() ? station.id : station.name_in_files;
     if (!station.id.empty() && !ids.insert(station.id).second) {
       item.problem(fmt::format("station `{}` is listed twice", station.id));
@@ -210,16 +246,49 @@ void check_templates(const FilesValues& files_values, const Capture& capture) {
   }
 }
 
+void read_record(YamlMap& map, CaptureRecord& record) {
+  if (const auto name = map.find("operator")) record.operator_name = name->text();
+  if (const auto date = map.find("date")) record.date = date->text();
+  const auto sigma = map.find("temperature_sigma_k");
+  if (const auto temperature = map.find("temperature_c")) {
+    record.temperature = Temperature{temperature->number(-50, 150), 0};
+    if (sigma) record.temperature->sigma_k = sigma->number(0, 50);
+    if (!sigma) temperature->problem("needs `temperature_sigma_k`, its standard uncertainty, beside it");
+  } else if (sigma) {
+    sigma->problem("stands without `temperature_c`");
+  }
+}
+
+// The first key of version 2 that a description uses; empty where it uses none.
+std::string newer_keys(const Capture& capture) {
+  const CaptureRecord& record = capture.record;
+  if (!record.operator_name.empty()) return "`operator`";
+  if (!record.date.empty()) return "`date`";
+  if (record.temperature) return "`temperature_c`";
+  for (const CaptureSensor& sensor : capture.sensors) {
+    if (!sensor.serial.empty()) return "`serial`";
+  }
+  for (const BoardSpec& board : capture.boards) {
+    if (board.name != "board") return "`boards`";
+    if (board.target.kind != TargetKind::chessboard) return fmt::format("`kind: {}`", name_of(board.target.kind));
+    if (board.certificate) return "`certificate`";
+  }
+  return {};
+}
+
 void read_root(const YamlValue& root, Capture& capture) {
   YamlMap map = root.map();
-  if (const auto schema = map.require("schema", std::string("write `schema: ") + kSchema + "`")) {
-    schema->one_of({kSchema});
+  const auto schema = map.require("schema", "write `schema: " + kSchemas.front() + "`");
+  if (schema) {
+    const auto known = std::find(kSchemas.begin(), kSchemas.end(), schema->one_of(kSchemas));
+    capture.schema = static_cast<int>(kSchemas.end() - known);
   }
   if (const auto title = map.require("title", "one line that says what was captured")) capture.title = title->text();
   if (const auto images = map.find("images")) capture.images = images->text();
+  read_record(map, capture.record);
   const auto sensors = map.require("sensors", "the cameras and projectors, each with its kind and size");
   const FilesValues files_values = sensors ? read_sensors(*sensors, capture) : FilesValues{};
-  if (const auto board = map.find("board")) capture.board = read_board(*board);
+  read_boards(map, capture);
   if (const auto patterns = map.find("patterns")) read_patterns(*patterns, capture);
   if (const auto frames = map.require("frames", "what each image of a station shows, in order")) {
     read_frames(*frames, capture);
@@ -230,6 +299,11 @@ void read_root(const YamlValue& root, Capture& capture) {
   }
   if (const auto exclude = map.find("exclude")) read_exclusions(*exclude, capture);
   check_templates(files_values, capture);
+  if (schema && capture.schema == 1) {
+    if (const std::string newer = newer_keys(capture); !newer.empty()) {
+      schema->problem(fmt::format("has no {} yet: write `schema: {}`", newer, kSchemas.front()));
+    }
+  }
   map.finish();
 }
 

@@ -10,6 +10,7 @@
 
 #include "datasets/board_check.h"
 #include "datasets/exposure_check.h"
+#include "datasets/motion_check.h"
 #include "datasets/sequence_check.h"
 
 namespace crumple {
@@ -85,13 +86,20 @@ void check_exclusions(const Capture& capture, std::vector<Finding>& findings) {
 
 std::vector<Finding> check_station_board(const Capture& capture, const std::string& camera, const Station& station,
                                          const StationFrames& frames) {
-  if (!capture.board || !station.board) return {};
+  if (station.boards.empty()) return {};
   std::vector<ShownFrame> shown;
   for (std::size_t i = 0; i < frames.images.size(); ++i) {
     const std::string name = capture.image_file(camera, station.id, i).filename().string();
     shown.push_back({capture.frames[i], name, frames.images[i]});
   }
-  return check_board(shown, *capture.board, full_scale_of(shown), where_of(camera, station.id));
+  std::vector<Finding> findings;
+  for (const std::size_t b : station.boards) {
+    const BoardSpec& board = capture.boards[b];
+    std::string where = where_of(camera, station.id);
+    if (capture.boards.size() > 1) where += ", " + board.name;
+    for (const Finding& finding : check_board(shown, board, full_scale_of(shown), where)) findings.push_back(finding);
+  }
+  return findings;
 }
 
 }  // namespace
@@ -117,6 +125,10 @@ StationFrames check_station(const Capture& capture, const std::string& camera, c
   if (capture.projector) {
     const SequenceSetup setup{capture.orientations, capture.sensor(*capture.projector)->size, full_scale, where};
     for (const Finding& finding : check_sequence(frames, setup)) result.findings.push_back(finding);
+    // Frames in the wrong places would pass for motion.
+    if (!has_error(result.findings)) {
+      for (const Finding& finding : check_motion(frames, full_scale, where)) result.findings.push_back(finding);
+    }
   }
   for (const ShownFrame& frame : frames) result.images.push_back(frame.image);
   return result;

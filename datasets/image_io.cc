@@ -86,8 +86,10 @@ Expected<cv::Mat> read_image(const std::filesystem::path& file, ColourEncoding c
 Expected<std::filesystem::path> write_png(const std::filesystem::path& file, const cv::Mat& image) {
   std::vector<unsigned char> bytes;
   try {
-    if (image.empty() || (image.type() != CV_8UC1 && image.type() != CV_16UC1) || !cv::imencode(".png", image, bytes)) {
-      return fail(fmt::format("{} cannot be written: only grey images of 8 or 16 bit can", file.string()));
+    const bool known = image.type() == CV_8UC1 || image.type() == CV_16UC1 || image.type() == CV_8UC3;
+    if (image.empty() || !known || !cv::imencode(".png", image, bytes)) {
+      return fail(fmt::format("{} cannot be written: only grey images of 8 or 16 bit and colour images of 8 bit can",
+                              file.string()));
     }
   } catch (const std::exception& exception) {
     return fail(fmt::format("{} cannot be encoded: {}", file.string(), exception.what()));

@@ -29,7 +29,7 @@ Expected<cv::Mat> read_image(const std::filesystem::path& file, ColourEncoding c
 Expected<cv::Mat> decode_image(std::span<const unsigned char> bytes, const std::string& name,
                                ColourEncoding colour = ColourEncoding::srgb);
 
-// Grey CV_8U or CV_16U as PNG, by way of a temporary file that is renamed.
+// Grey CV_8U or CV_16U, or colour CV_8UC3 in OpenCV's order, as PNG, by way of a temporary file that is renamed.
 Expected<std::filesystem::path> write_png(const std::filesystem::path& file, const cv::Mat& image);
 
 }  // namespace crumple

@@ -13,6 +13,7 @@
 #include "datasets/output_folder.h"
 #include "datasets/scene_sensors.h"
 #include "datasets/scene_values.h"
+#include "datasets/target_yaml.h"
 #include "datasets/yaml_reader.h"
 #include "datasets/yaml_values.h"
 
@@ -34,19 +35,25 @@ Lighting read_lighting(const YamlValue& value) {
   return lighting;
 }
 
-BoardPlate read_board(const YamlValue& value) {
+// Stands in beside a problem: a plate cannot be made of nothing.
+const Target kStandIn{2, 3, 1};
+
+BoardPlate read_plate(const YamlValue& value) {
   YamlMap map = value.map();
-  Board board;
-  std::tie(board.columns, board.rows) = read_inner_corners(map);
-  board.pitch_mm = required_number(map, "pitch_mm", "the distance between neighbouring corners", 0.1, largest_mm);
-  if (const auto warp = map.find("warp_mm")) board.warp_mm = read_vector<2>(*warp, -10, 10);
-  const double margin = number_or(map, "margin_mm", board.pitch_mm / 2, 0, largest_mm);
+  const Target target = read_target(map);
+  Eigen::Vector2d warp_mm = Eigen::Vector2d::Zero();
+  if (const auto warp = map.find("warp_mm")) warp_mm = read_vector<2>(*warp, -10, 10);
+  const double margin = number_or(map, "margin_mm", target.pitch_mm / 2, 0, largest_mm);
   Material white{0.85, 0.02, 0.5};
   Material black{0.05, 0.02, 0.5};
   if (const auto material = map.find("white")) white = read_material(*material, white);
   if (const auto material = map.find("black")) black = read_material(*material, black);
   map.finish();
-  return {board, margin, white, black};
+  if (const auto sound = checked(target); !sound) {
+    value.problem(sound.error().message);
+    return {kStandIn, warp_mm, margin, white, black};
+  }
+  return {target, warp_mm, margin, white, black};
 }
 
 Crease read_crease(const YamlValue& value) {
@@ -189,7 +196,7 @@ void read_root(const YamlValue& root, Scene& scene) {
   if (const auto samples = map.find("samples_per_pixel")) scene.samples = samples->integer(1, 4096);
   if (const auto sensors = map.require("sensors", "the cameras and the projector")) read_scene_sensors(*sensors, scene);
   if (const auto lighting = map.find("lighting")) scene.lighting = read_lighting(*lighting);
-  if (const auto board = map.find("board")) scene.board = read_board(*board);
+  if (const auto board = map.find("board")) scene.board = read_plate(*board);
   if (const auto panel = map.find("panel")) scene.panel = read_panel(*panel);
   if (const auto patterns = map.find("patterns")) read_patterns(*patterns, scene);
   if (const auto frames = map.require("frames", "what each image of a station shows, in order")) {

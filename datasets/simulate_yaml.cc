@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "datasets/target_yaml.h"
+
 namespace crumple {
 namespace {
 
@@ -95,11 +97,9 @@ std::string stations_text(const Scene& scene) {
 }  // namespace
 
 std::string capture_yaml(const Scene& scene) {
-  std::string text = fmt::format("schema: crumple-capture/1\ntitle: {}\n", quoted(scene.name)) + sensors_text(scene);
+  std::string text = fmt::format("schema: crumple-capture/2\ntitle: {}\n", quoted(scene.name)) + sensors_text(scene);
   if (scene.board) {
-    const Board& board = scene.board->board();
-    text += fmt::format("board:\n  kind: chessboard\n  inner_corners: [{}, {}]\n  pitch_mm: {}\n", board.columns,
-                        board.rows, board.pitch_mm);
+    text += fmt::format("board: {{{}}}\n", target_yaml(scene.board->target()));
   }
   return text + patterns_text(scene) + frames_text(scene) + stations_text(scene);
 }
@@ -107,9 +107,8 @@ std::string capture_yaml(const Scene& scene) {
 std::string true_stations_yaml(const Scene& scene) {
   std::string text;
   if (scene.board) {
-    const Board& board = scene.board->board();
-    text += fmt::format("board: {{inner_corners: [{}, {}], pitch_mm: {}, warp_mm: [{}, {}]}}\n", board.columns,
-                        board.rows, board.pitch_mm, board.warp_mm.x(), board.warp_mm.y());
+    const Eigen::Vector2d& warp = scene.board->board().warp_mm;
+    text += fmt::format("board: {{{}, warp_mm: [{}, {}]}}\n", target_yaml(scene.board->target()), warp.x(), warp.y());
   }
   text += "stations:\n";
   for (const SceneStation& station : scene.stations) {

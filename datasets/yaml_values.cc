@@ -67,6 +67,12 @@ std::pair<int, int> read_inner_corners(YamlMap& map) {
   return {columns, rows};
 }
 
+std::pair<int, int> read_columns_and_rows(YamlMap& map, const std::string& key, int lowest) {
+  const auto counts = map.require(key, "[columns, rows]");
+  if (!counts) return {};
+  return integer_pair(*counts, "[columns, rows]", lowest, 200);
+}
+
 StripeOrientation read_orientation(const YamlValue& value, const std::optional<ImageSize>& panel) {
   YamlMap map = value.map();
   StripeOrientation orientation;

@@ -27,8 +27,9 @@ bool is_plain_name(const std::string& name);
 // size_px: [width, height]; 0 x 0 beside a problem.
 ImageSize read_size_px(YamlMap& map);
 
-// inner_corners: [columns, rows].
+// inner_corners: [columns, rows], and the same under another key.
 std::pair<int, int> read_inner_corners(YamlMap& map);
+std::pair<int, int> read_columns_and_rows(YamlMap& map, const std::string& key, int lowest);
 
 // Keys of docs/formats.md. With the projector's panel, what does not fit on it is a problem too.
 StripeOrientation read_orientation(const YamlValue& value, const std::optional<ImageSize>& panel);

@@ -1,42 +1,57 @@
 #include "solvers/board.h"
 
 #include <cassert>
+#include <utility>
 
 namespace crumple {
-namespace {
 
-// From board x (or y) to -1..1 between the outermost corners, and the scale of that map.
-struct Normalised {
-  double value;
-  double per_mm;
-};
-
-Normalised normalise(double x_mm, int corners, double pitch_mm) {
-  const double half_mm = 0.5 * (corners - 1) * pitch_mm;
-  return {x_mm / half_mm - 1, 1 / half_mm};
+Board::Board(std::vector<Eigen::Vector2d> points_mm, double disc_radius_mm)
+    : points_mm_(std::move(points_mm)), disc_radius_mm_(disc_radius_mm) {
+  assert(!points_mm_.empty());
+  Eigen::Vector2d low = points_mm_.front(), high = points_mm_.front();
+  for (const Eigen::Vector2d& point : points_mm_) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  centre_mm_ = 0.5 * (low + high);
+  half_size_mm_ = 0.5 * (high - low);
+  assert((half_size_mm_.array() > 0).all());
 }
 
-}  // namespace
+Board Board::grid(int columns, int rows, double pitch_mm, double disc_radius_mm) {
+  std::vector<Eigen::Vector2d> points;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) points.emplace_back(column * pitch_mm, row * pitch_mm);
+  }
+  return Board(std::move(points), disc_radius_mm);
+}
 
-Eigen::Vector3d Board::corner(int index) const {
-  assert(index >= 0 && index < corner_count());
-  const double x = index % columns * pitch_mm;
-  const double y = index / columns * pitch_mm;
-  return {x, y, height_mm(x, y)};
+Eigen::Vector3d Board::on_surface(const Eigen::Vector2d& nominal_mm) const {
+  const Eigen::Vector2d at = scale * nominal_mm;
+  return {at.x(), at.y(), height_mm(at.x(), at.y())};
+}
+
+// The surface is stretched with the points, so the height at a point stays.
+Eigen::Vector3d Board::d_on_surface_d_scale(const Eigen::Vector2d& nominal_mm) {
+  return {nominal_mm.x(), nominal_mm.y(), 0};
+}
+
+Eigen::Vector2d Board::normalised(double x, double y) const {
+  return (Eigen::Vector2d(x, y) / scale - centre_mm_).cwiseQuotient(half_size_mm_);
 }
 
 double Board::height_mm(double x, double y) const { return d_height_d_warp(x, y).dot(warp_mm); }
 
 Eigen::Vector2d Board::d_height_d_xy(double x, double y) const {
-  const Normalised u = normalise(x, columns, pitch_mm);
-  const Normalised v = normalise(y, rows, pitch_mm);
-  return {-2 * u.value * u.per_mm * warp_mm.x(), -2 * v.value * v.per_mm * warp_mm.y()};
+  return -2 / scale * normalised(x, y).cwiseProduct(warp_mm).cwiseQuotient(half_size_mm_);
 }
 
 Eigen::Vector2d Board::d_height_d_warp(double x, double y) const {
-  const Normalised u = normalise(x, columns, pitch_mm);
-  const Normalised v = normalise(y, rows, pitch_mm);
-  return {1 - u.value * u.value, 1 - v.value * v.value};
+  return Eigen::Vector2d::Ones() - normalised(x, y).cwiseAbs2();
+}
+
+double Board::d_height_d_scale(double x, double y) const {
+  return -d_height_d_xy(x, y).dot(Eigen::Vector2d(x, y)) / scale;
 }
 
 }  // namespace crumple

@@ -272,11 +272,14 @@ std::string group_name(const Rig& rig, std::size_t sensor, View::Kind kind) {
 
 Expected<BundleResult> refine(const CalibrationState& start, const Observations& observations,
                               const BundleOptions& options) {
-  const Views views = make_views(observations);
+  const Views views = make_views(observations, start.board_of);
   CalibrationState state = start;
   MinimiseOptions minimise_options{.held = options.held, .threads = options.threads, .priors = options.priors};
   minimise_options.held.insert({BlockId::Kind::mount, 0});
-  if (!options.estimate_warp) minimise_options.held.insert({BlockId::Kind::warp});
+  for (std::size_t b = 0; b < start.boards.size(); ++b) {
+    if (!options.estimate_warp) minimise_options.held.insert({BlockId::Kind::warp, b});
+    minimise_options.held.insert({BlockId::Kind::scale, b});
+  }
   const Parameters parameters(state, views, minimise_options.held);
   std::vector<ViewWeights> weights;
   for (const auto& view : views) {

@@ -77,7 +77,10 @@ class Blocks {
           state.rig.sensors[block.index].sensor_from_probe = PoseManifold::unpack(value);
           break;
         case BlockId::Kind::warp:
-          state.board.warp_mm = Eigen::Map<const Eigen::Vector2d>(value);
+          state.boards[block.index].warp_mm = Eigen::Map<const Eigen::Vector2d>(value);
+          break;
+        case BlockId::Kind::scale:
+          state.boards[block.index].scale = *value;
           break;
         case BlockId::Kind::placement:
           state.probe_from_board[block.index] = PoseManifold::unpack(value);
@@ -89,7 +92,11 @@ class Blocks {
  private:
   static std::vector<double> read(const CalibrationState& state, const BlockId& block) {
     if (block.kind == BlockId::Kind::lens) return state.rig.sensors[block.index].lens.parameters();
-    if (block.kind == BlockId::Kind::warp) return {state.board.warp_mm.x(), state.board.warp_mm.y()};
+    if (block.kind == BlockId::Kind::warp) {
+      const Eigen::Vector2d& warp = state.boards[block.index].warp_mm;
+      return {warp.x(), warp.y()};
+    }
+    if (block.kind == BlockId::Kind::scale) return {state.boards[block.index].scale};
     std::vector<double> value(kPoseSize);
     PoseManifold::pack(block.kind == BlockId::Kind::mount ? state.rig.sensors[block.index].sensor_from_probe
                                                           : state.probe_from_board[block.index],

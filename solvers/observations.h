@@ -8,11 +8,11 @@
 
 namespace crumple {
 
-// Inner corners of the board seen by a camera.
+// Marked points of a board seen by a camera: corners, or the centres of gravity of discs.
 struct CornerView {
   std::size_t sensor = 0;
   std::size_t placement = 0;
-  std::vector<int> corners;  // Board::corner indices; partial boards leave some out
+  std::vector<int> corners;  // Board::point indices; partial boards leave some out
   std::vector<Eigen::Vector2d> pixels;
 };
 

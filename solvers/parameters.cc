@@ -1,7 +1,6 @@
 #include "solvers/parameters.h"
 
 namespace crumple {
-
 Parameters::Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
                        const std::set<BlockId>& held) {
   std::set<BlockId> touched;
@@ -20,7 +19,10 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     add_common({BlockId::Kind::lens, s});
     add_common({BlockId::Kind::mount, s});
   }
-  add_common({BlockId::Kind::warp});
+  for (std::size_t b = 0; b < state.boards.size(); ++b) {
+    add_common({BlockId::Kind::warp, b});
+    add_common({BlockId::Kind::scale, b});
+  }
   for (std::size_t p = 0; p < state.probe_from_board.size(); ++p) {
     const BlockId block{BlockId::Kind::placement, p};
     if (!touched.contains(block)) continue;
@@ -45,7 +47,12 @@ std::vector<std::string> Parameters::common_names(const CalibrationState& state)
 }
 
 std::vector<std::string> parameter_names(const BlockId& block, const CalibrationState& state) {
-  if (block.kind == BlockId::Kind::warp) return {"board.warp_x", "board.warp_y"};
+  const bool of_board = block.kind == BlockId::Kind::warp || block.kind == BlockId::Kind::scale;
+  if (of_board) {
+    const std::string& board = state.boards[block.index].name;
+    if (block.kind == BlockId::Kind::scale) return {board + ".scale"};
+    return {board + ".warp_x", board + ".warp_y"};
+  }
   std::string owner = "placement " + std::to_string(block.index);
   std::vector<std::string> names{"rotation_x",    "rotation_y",    "rotation_z",
                                  "translation_x", "translation_y", "translation_z"};

@@ -1,6 +1,7 @@
 // Which parameter blocks are estimated and where each stands in the joint vector.
 //
-// Order: the common blocks first (per sensor its lens, then its mount; then the board's warp), then the placements.
+// Order: the common blocks first (per sensor its lens, then its mount; then per board its warp, then its
+// scale), then the placements.
 #pragma once
 
 #include <map>
@@ -27,7 +28,7 @@ class Parameters {
   const std::vector<std::size_t>& placements() const { return placements_; }
   int size() const { return common_size_ + 6 * static_cast<int>(placements_.size()); }
 
-  // "cam0.fx", "proj0.rotation_x", "board.warp_x": one per row of the common part.
+  // "cam0.fx", "proj0.rotation_x", "board.warp_x" (the board's name): one per row of the common part.
   std::vector<std::string> common_names(const CalibrationState& state) const;
 
  private:

@@ -49,10 +49,12 @@ BlockDifference difference_of(const BlockId& block, const CalibrationState& abou
                      state.rig.sensors[block.index].sensor_from_probe);
     case BlockId::Kind::placement:
       return between(about.probe_from_board[block.index], state.probe_from_board[block.index]);
+    case BlockId::Kind::scale:
+      return linear(Eigen::VectorXd::Constant(1, state.boards[block.index].scale - about.boards[block.index].scale));
     case BlockId::Kind::warp:
       break;
   }
-  return linear(state.board.warp_mm - about.board.warp_mm);
+  return linear(state.boards[block.index].warp_mm - about.boards[block.index].warp_mm);
 }
 
 }  // namespace

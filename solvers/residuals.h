@@ -1,7 +1,8 @@
 // Residuals of the measurement model: what was measured against what the state predicts, predicted minus measured, px.
 //
 // One View is one sensor's observations of one board placement; its residuals and Jacobian are evaluated together.
-//   CornerView   lens(sensor_from_probe * probe_from_board * corner) - pixel                          2 per corner
+//   CornerView   lens(sensor_from_probe * probe_from_board * point) - pixel                           2 per point
+//                (of a disc: the centre of gravity of its image, solvers/disc.h)
 //   StripeView   n . transfer(camera pixel -> projector) - coordinate                                 1 per reading
 //   FeatureView  transfer(projector pixel -> camera) - pixel                                          2 per feature
 // Jacobians are with respect to tangents (solvers/pose.h), one matrix per block the view touches.
@@ -22,10 +23,10 @@ namespace crumple {
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// The parameters come in blocks: the lens and the mount (sensor_from_probe) of each sensor, the board's warp, the pose
-// of each placement.
+// The parameters come in blocks: the lens and the mount (sensor_from_probe) of each sensor, the warp and the scale of
+// each board, the pose of each placement.
 struct BlockId {
-  enum class Kind { lens, mount, warp, placement };
+  enum class Kind { lens, mount, warp, scale, placement };
   Kind kind;
   std::size_t index = 0;
   auto operator<=>(const BlockId&) const = default;
@@ -68,6 +69,8 @@ class View {
 const char* name_of(View::Kind kind);
 
 // Views refer to the observations they are made from, which must outlive them. Order: corners, stripes, features.
-std::vector<std::unique_ptr<View>> make_views(const Observations& observations);
+// `board_of` is the state's.
+std::vector<std::unique_ptr<View>> make_views(const Observations& observations,
+                                              const std::vector<std::size_t>& board_of);
 
 }  // namespace crumple

@@ -1,6 +1,7 @@
 // Everything a calibration estimates, as one value.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "solvers/board.h"
@@ -11,8 +12,11 @@ namespace crumple {
 
 struct CalibrationState {
   Rig rig;
-  Board board;                         // its warp is estimated, its corner grid is given
+  std::vector<Board> boards;           // warp and scale are estimated, the marked points are given
   std::vector<Pose> probe_from_board;  // one per placement
+  std::vector<std::size_t> board_of;   // the board each placement is of
+
+  const Board& board_at(std::size_t placement) const { return boards[board_of[placement]]; }
 };
 
 }  // namespace crumple

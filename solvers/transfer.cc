@@ -15,7 +15,7 @@ constexpr double kGrazingCosine = 2e-3;
 Transfer::Transfer(const CalibrationState& state, std::size_t source, std::size_t target, std::size_t placement)
     : source_lens_(state.rig.sensors[source].lens),
       target_lens_(state.rig.sensors[target].lens),
-      board_(state.board),
+      board_(state.board_at(placement)),
       source_from_board_(state.rig.sensors[source].sensor_from_probe * state.probe_from_board[placement]),
       target_from_board_(state.rig.sensors[target].sensor_from_probe * state.probe_from_board[placement]),
       d_source_(d_composed(state.rig.sensors[source].sensor_from_probe, state.probe_from_board[placement])),
@@ -72,8 +72,10 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
   derivative.target_lens = projection->d_parameters;
   derivative.target_mount = d_target * d_target_.d_left;
   derivative.placement = d_source * d_source_.d_right + d_target * d_target_.d_right;
-  const Eigen::Vector2d d_height = board_.d_height_d_warp(point->in_board.x(), point->in_board.y());
-  derivative.warp = d_board_point * (point->ray_in_board / slope) * d_height.transpose();
+  const double x = point->in_board.x(), y = point->in_board.y();
+  const Eigen::Vector2d d_raised = d_board_point * (point->ray_in_board / slope);
+  derivative.warp = d_raised * board_.d_height_d_warp(x, y).transpose();
+  derivative.scale = d_raised * board_.d_height_d_scale(x, y);
   return projection->pixel;
 }
 

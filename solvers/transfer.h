@@ -25,6 +25,7 @@ struct TransferDerivative {
   Matrix2x6d target_mount;
   Matrix2x6d placement;
   Eigen::Matrix2d warp;
+  Eigen::Vector2d scale;
 };
 
 class Transfer {

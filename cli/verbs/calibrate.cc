@@ -12,6 +12,7 @@
 #include "cli/lens_choice_summary.h"
 #include "cli/progress.h"
 #include "cli/record.h"
+#include "cli/residual_files.h"
 #include "cli/truth_text.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/json_text.h"
@@ -27,6 +28,7 @@ DEFINE_bool(cross_validate, false,
 DEFINE_string(
     lens, "",
     "lens model of all sensors, such as LENSMODEL_OPENCV5; auto: chosen by the data; empty: as capture.yaml says");
+DEFINE_bool(overlays, true, "write every board image with its residuals drawn in, enlarged, into overlays/");
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
 namespace crumple {
@@ -125,6 +127,9 @@ Expected<VerbResult> run(const VerbContext& context) {
   if (!summary) return tl::unexpected(summary.error());
   if (auto done = write_rig(folder->path(), calibrated_rig(*calibration)); !done) return tl::unexpected(done.error());
   if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
+  if (auto done = write_residual_files(*capture, *input, *calibration, FLAGS_overlays, folder->path()); !done) {
+    return tl::unexpected(done.error());
+  }
   if (auto done = commit_with_record(*folder, context, capture_files(*capture)); !done) {
     return tl::unexpected(done.error());
   }
@@ -152,8 +157,8 @@ Verb calibrate_verb() {
               "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate", "truth",
-                    "threads", "overwrite", "json"},
+          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate",
+                    "overlays", "truth", "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};
 }

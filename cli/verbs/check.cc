@@ -7,6 +7,7 @@
 #include "cli/flags.h"
 #include "cli/sentence.h"
 #include "cli/verbs/verbs.h"
+#include "datasets/bag.h"
 #include "datasets/check_capture.h"
 
 namespace crumple {
@@ -24,15 +25,26 @@ std::size_t count(const std::vector<Finding>& findings, Severity severity) {
 }
 
 Expected<VerbResult> run(const VerbContext& context) {
+  std::vector<Finding> findings;
+  const auto bag = bag_of(context.inputs.front());
+  if (bag) findings = check_bag(*bag);
   const auto capture = read_capture(context.inputs.front(), images_folder());
-  if (!capture) return tl::unexpected(capture.error());
-  const std::vector<Finding> findings = check_capture(*capture);
+  if (!capture && findings.empty()) return tl::unexpected(capture.error());
+  if (capture) {
+    const std::vector<Finding> of_images = check_capture(*capture);
+    findings.insert(findings.end(), of_images.begin(), of_images.end());
+  } else {
+    // What happened to the bag may be the reason.
+    findings.push_back({Severity::error, context.inputs.front(), capture.error().message});
+  }
+  const std::size_t stations = capture ? capture->stations.size() : 0;
   const std::size_t errors = count(findings, Severity::error);
   const std::size_t warnings = count(findings, Severity::warning);
   VerbResult result;
   result.exit_code = errors == 0 ? ExitCode::done : ExitCode::bad_input;
-  result.document = {{"capture", capture->description.string()},
-                     {"stations", capture->stations.size()},
+  result.document = {{"capture", context.inputs.front()},
+                     {"bag", bag.has_value()},
+                     {"stations", stations},
                      {"errors", errors},
                      {"warnings", warnings},
                      {"findings", nlohmann::json::array()}};
@@ -41,7 +53,7 @@ Expected<VerbResult> run(const VerbContext& context) {
     result.text += fmt::format("{}: {}: {}\n", severity, finding.where, as_sentences(finding.sentence));
     result.document["findings"].push_back(as_json(finding));
   }
-  result.text += fmt::format("{} stations, errors: {}, warnings: {}\n", capture->stations.size(), errors, warnings);
+  result.text += fmt::format("{} stations, errors: {}, warnings: {}\n", stations, errors, warnings);
   return result;
 }
 
@@ -52,7 +64,8 @@ Verb check_verb() {
           .purpose = "say what is wrong with a capture, file by file",
           .usage = "CAPTURE.yaml [--flags]",
           .description =
-              "Reads every image of every station that is not excluded: missing, empty or truncated files, "
+              "Verifies every file of a BagIt bag against its manifest, then reads every image of every station that "
+              "is not excluded: missing, empty or truncated files, "
               "wrong sizes and depths, dark or saturated frames, frames out of order, stations with the same "
               "images. Exit code 3 where there is an error; warnings alone leave it at 0.",
           .example =

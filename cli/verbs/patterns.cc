@@ -11,6 +11,7 @@
 #include "datasets/board_pdf.h"
 #include "datasets/output_folder.h"
 #include "datasets/pattern_files.h"
+#include "datasets/target_yaml.h"
 
 DEFINE_int32(width_px, 0, "width of the projector's panel, px; not needed with --board");
 DEFINE_int32(height_px, 0, "height of the projector's panel, px; not needed with --board");
@@ -21,9 +22,15 @@ DEFINE_int32(bits, 0, "bits per orientation; 0: as few as name every stripe");
 DEFINE_int32(code_offset, 0, "added to each stripe's number before it is coded");
 DEFINE_bool(inverse, true, "follow each pattern by its inverse");
 DEFINE_bool(board, false, "draw the calibration board as a PDF in true scale instead");
-DEFINE_int32(board_columns, 10, "inner corners of the board along a row");
-DEFINE_int32(board_rows, 7, "inner corners of the board along a column");
-DEFINE_double(board_pitch_mm, 20, "distance of neighbouring corners, mm");
+DEFINE_string(board_kind, "chessboard", "chessboard, charuco, apriltag or dots");
+DEFINE_int32(board_columns, 10, "inner corners, markers or dots of the board along a row");
+DEFINE_int32(board_rows, 7, "inner corners, markers or dots of the board along a column");
+DEFINE_double(board_pitch_mm, 20, "distance of neighbouring corners, markers or dots, mm");
+DEFINE_double(board_mark_mm, 0,
+              "side of a marker or diameter of a dot, mm; 0: a share of the pitch that suits the kind");
+DEFINE_string(board_dictionary, "", "of the markers, such as 5X5_100; empty: 5X5_250 or, of apriltag, APRILTAG_36h11");
+DEFINE_int32(board_first_id, 0, "number of the first marker: boards in one capture must not share any");
+DEFINE_bool(board_staggered, false, "dots: every second row shifted by half a pitch");
 DEFINE_string(paper, "auto", "auto, A4, A3, A2, A1, A0, or width x height in mm such as 400x300");
 
 namespace crumple {
@@ -75,22 +82,59 @@ Expected<VerbResult> draw_stripes_for_projector(const VerbContext& context) {
   return summary(*orientations, *files);
 }
 
+Expected<Target> target_from_flags() {
+  Target target{FLAGS_board_columns, FLAGS_board_rows, FLAGS_board_pitch_mm};
+  double share = 0;  // of a mark, of the pitch
+  if (FLAGS_board_kind == "charuco") {
+    target.kind = TargetKind::charuco;
+    target.dictionary = "5X5_250";
+    share = 0.75;
+  } else if (FLAGS_board_kind == "apriltag") {
+    target.kind = TargetKind::apriltag;
+    target.dictionary = "APRILTAG_36h11";
+    share = 0.8;
+  } else if (FLAGS_board_kind == "dots") {
+    target.kind = TargetKind::dots;
+    target.staggered = FLAGS_board_staggered;
+    share = target.staggered ? 0.35 : 0.5;
+  } else if (FLAGS_board_kind != "chessboard") {
+    return fail(fmt::format("--board_kind={} is none of chessboard, charuco, apriltag and dots", FLAGS_board_kind));
+  }
+  target.mark_mm = FLAGS_board_mark_mm > 0 ? FLAGS_board_mark_mm : share * target.pitch_mm;
+  target.first_id = FLAGS_board_first_id;
+  if (!FLAGS_board_dictionary.empty()) target.dictionary = FLAGS_board_dictionary;
+  return checked(target);
+}
+
+bool looks_the_same_turned(const Target& target) {
+  if (target.kind == TargetKind::dots) return !target.staggered || target.rows % 2 == 0;
+  return target.kind == TargetKind::chessboard && target.columns % 2 == target.rows % 2;
+}
+
 Expected<VerbResult> draw_board(const VerbContext& context) {
-  const Board board{FLAGS_board_columns, FLAGS_board_rows, FLAGS_board_pitch_mm};
-  const auto paper = choose_paper(FLAGS_paper, board);
+  const auto board = target_from_flags();
+  if (!board) return usage_error(board.error().message);
+  const auto paper = choose_paper(FLAGS_paper, *board);
   if (!paper) return usage_error(paper.error().message);
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
-  if (auto drawn = write_board_pdf(*folder / "board.pdf", board, *paper); !drawn) return tl::unexpected(drawn.error());
+  if (auto drawn = write_board_pdf(*folder / "board.pdf", *board, *paper); !drawn) return tl::unexpected(drawn.error());
   if (auto committed = commit_with_record(*folder, context); !committed) return tl::unexpected(committed.error());
-  if (board.columns % 2 == board.rows % 2)
-    log_warning("turned by half a turn this board looks the same: one count of inner corners should be even, one odd");
+  if (looks_the_same_turned(*board)) {
+    log_warning(
+        "turned by half a turn this board looks the same: one count of inner corners should be even, one odd (of "
+        "dots: staggered, with an odd number of rows)");
+  }
   VerbResult result;
-  result.text = fmt::format("{}/board.pdf: {} x {} inner corners, pitch {:g} mm, on {}\n", FLAGS_out, board.columns,
-                            board.rows, board.pitch_mm, paper->name);
+  result.text = fmt::format("{}/board.pdf: {}, on {}\nin capture.yaml: board: {{{}}}\n", FLAGS_out, words(*board),
+                            paper->name, target_yaml(*board));
   result.document = {{"out", FLAGS_out},
                      {"file", "board.pdf"},
-                     {"board", {{"columns", board.columns}, {"rows", board.rows}, {"pitch_mm", board.pitch_mm}}},
+                     {"board",
+                      {{"kind", name_of(board->kind)},
+                       {"columns", board->columns},
+                       {"rows", board->rows},
+                       {"pitch_mm", board->pitch_mm}}},
                      {"paper_mm", {paper->width_mm, paper->height_mm}}};
   return result;
 }
@@ -116,8 +160,26 @@ Verb patterns_verb() {
               "   90.00 deg: 10 bits, stripes of 1 px\n",
           .min_inputs = 0,
           .max_inputs = 0,
-          .flags = {"out", "width_px", "height_px", "orientations_deg", "stripe_width_px", "bits", "code_offset",
-                    "inverse", "board", "board_columns", "board_rows", "board_pitch_mm", "paper", "overwrite", "json"},
+          .flags = {"out",
+                    "width_px",
+                    "height_px",
+                    "orientations_deg",
+                    "stripe_width_px",
+                    "bits",
+                    "code_offset",
+                    "inverse",
+                    "board",
+                    "board_kind",
+                    "board_columns",
+                    "board_rows",
+                    "board_pitch_mm",
+                    "board_mark_mm",
+                    "board_dictionary",
+                    "board_first_id",
+                    "board_staggered",
+                    "paper",
+                    "overwrite",
+                    "json"},
           .required = {"out"},
           .run = run};
 }

@@ -86,7 +86,7 @@ Expected<std::vector<std::string>> chosen_stations(const Capture& capture) {
   for (const Station& station : capture.stations) {
     if (capture.exclusion(station.id, "")) continue;
     all.push_back(station.id);
-    if (!station.board) without_board.push_back(station.id);
+    if (station.boards.empty()) without_board.push_back(station.id);
   }
   if (all.empty()) return fail(fmt::format("{}: every station is excluded", capture.description.string()));
   return without_board.empty() ? all : without_board;

@@ -12,10 +12,12 @@
 #include "cli/progress.h"
 #include "cli/record.h"
 #include "cli/verbs/verbs.h"
+#include "datasets/bag.h"
 #include "datasets/output_folder.h"
 #include "datasets/scene_file.h"
 
 DEFINE_int32(seed, -1, "seed of the noise and the sampling, 0 or more; -1: the scene's own");
+DEFINE_bool(bag, false, "write a BagIt bag: the capture in data/, with the digests of all its files beside it");
 DEFINE_bool(depth_maps, true, "write the true depth per camera pixel into truth/STATION");
 
 namespace crumple {
@@ -40,6 +42,16 @@ Expected<void> keep_stations(Scene& scene, const std::vector<std::string>& ids) 
   }
   if (!ids.empty()) std::erase_if(scene.stations, [&](const SceneStation& station) { return !chosen(station); });
   return {};
+}
+
+Expected<void> write_bag(const Scene& scene, const std::string& scene_text, const std::filesystem::path& folder,
+                         const SimulateOptions& options) {
+  const std::filesystem::path payload = folder / "data";
+  std::error_code failure;
+  std::filesystem::create_directory(payload, failure);
+  if (failure) return fail(fmt::format("{} cannot be made: {}", payload.string(), failure.message()));
+  if (auto written = write_simulated_capture(scene, scene_text, payload, options); !written) return written;
+  return write_bag_tags(folder, {scene.name, date_of_run()});
 }
 
 nlohmann::json summary_json(const Scene& scene, std::size_t images, double seconds) {
@@ -71,7 +83,8 @@ Expected<VerbResult> run(const VerbContext& context) {
     Progress progress("rendering", images);
     const SimulateOptions options{thread_count(), FLAGS_overwrite, FLAGS_depth_maps,
                                   [&progress](std::size_t, std::size_t) { progress.advance(); }};
-    const auto written = write_simulated_capture(*scene, *text, folder->path(), options);
+    const auto written = FLAGS_bag ? write_bag(*scene, *text, folder->path(), options)
+                                   : write_simulated_capture(*scene, *text, folder->path(), options);
     if (!written) return tl::unexpected(written.error());
   }
   if (auto done = commit_with_record(*folder, context, {file}, {{"scene", scene->seed}}); !done) {
@@ -94,14 +107,15 @@ Verb simulate_verb() {
           .description =
               "Renders every frame of every camera at every station of the scene (docs/scenes.md), with the optics, "
               "light and noise it states, and writes what a real campaign would have left: capture.yaml and images. "
-              "The folder truth/ holds the rig, the placements and the depth maps. --stations empty: all.",
+              "The folder truth/ holds the rig, the placements and the depth maps. With --bag all of it lies in data/, "
+              "and `crumple check` verifies every file. --stations empty: all.",
           .example =
               "$ crumple simulate datasets/scenes/small.yaml --out=small\n"
               "A small board and a small panel: 180 images at 5 stations, seed 7, in 4.2 s\n"
               "written to small\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "stations", "seed", "depth_maps", "threads", "overwrite", "json"},
+          .flags = {"out", "stations", "seed", "bag", "depth_maps", "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};
 }

@@ -105,8 +105,8 @@ struct View {
 
 CornerView corners_seen(const Board& board, const View& camera) {
   CornerView view;
-  for (int index = 0; index < board.corner_count(); ++index) {
-    if (const std::optional<Eigen::Vector2d> pixel = camera.pixel_of(board.corner(index))) {
+  for (int index = 0; index < board.point_count(); ++index) {
+    if (const std::optional<Eigen::Vector2d> pixel = camera.pixel_of(board.point(index))) {
       view.corners.push_back(index);
       view.pixels.push_back(*pixel);
     }

@@ -99,22 +99,18 @@ double Surface::distance_mm(const Eigen::Vector3d& point) const {
   return std::copysign((point - closest).norm(), side);
 }
 
-BoardPlate::BoardPlate(const Board& board, double margin_mm, const Material& white, const Material& black)
-    : board_(board), margin_mm_(margin_mm), white_(white), black_(black) {}
+BoardPlate::BoardPlate(const Target& target, const Eigen::Vector2d& warp_mm, double margin_mm, const Material& white,
+                       const Material& black)
+    : target_(target), print_(target), board_(board_of(target)), margin_mm_(margin_mm), white_(white), black_(black) {
+  board_.warp_mm = warp_mm;
+}
 
 Extent BoardPlate::extent() const {
-  const double border = board_.pitch_mm + margin_mm_;
-  const Eigen::Vector2d last = board_.pitch_mm * Eigen::Vector2d(board_.columns - 1, board_.rows - 1);
-  return {Eigen::Vector2d::Constant(-border), last + Eigen::Vector2d::Constant(border)};
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(margin_mm_);
+  return {print_.extent().low_mm - margin, print_.extent().high_mm + margin};
 }
 
-Material BoardPlate::material(double x, double y) const {
-  const double column = std::floor(x / board_.pitch_mm);
-  const double row = std::floor(y / board_.pitch_mm);
-  const bool on_squares = column >= -1 && column < board_.columns && row >= -1 && row < board_.rows;
-  const bool black = on_squares && (static_cast<int>(column) + static_cast<int>(row)) % 2 == 0;
-  return black ? black_ : white_;
-}
+Material BoardPlate::material(double x, double y) const { return print_.dark({x, y}) ? black_ : white_; }
 
 Panel::Panel(PanelShape shape, const Material& paint) : shape_(std::move(shape)), paint_(paint) {
   for (const Crease& crease : shape_.creases) {

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "calib/target_print.h"
 #include "solvers/board.h"
 
 namespace crumple {
@@ -57,12 +58,13 @@ class Surface {
   double distance_mm(const Eigen::Vector3d& point) const;
 };
 
-// A chessboard on a plate: squares one pitch beyond the outermost corners, then a white margin. The square left of and
-// above the first corner is black.
+// A printed target on a plate, with a white margin around everything dark.
 class BoardPlate final : public Surface {
  public:
-  BoardPlate(const Board& board, double margin_mm, const Material& white, const Material& black);
+  BoardPlate(const Target& target, const Eigen::Vector2d& warp_mm, double margin_mm, const Material& white,
+             const Material& black);
 
+  const Target& target() const { return target_; }
   const Board& board() const { return board_; }
   Extent extent() const override;
   double height_mm(double x, double y) const override { return board_.height_mm(x, y); }
@@ -70,6 +72,8 @@ class BoardPlate final : public Surface {
   Material material(double x, double y) const override;
 
  private:
+  Target target_;
+  TargetPrint print_;
   Board board_;
   double margin_mm_;
   Material white_;

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "calib/detect_board.h"
+#include "calib/detect_target.h"
 #include "calib/stripe_observations.h"
 #include "datasets/capture.h"
 #include "datasets/render/render.h"
@@ -94,7 +94,7 @@ Expected<SeenBoard> look(const Scene& scene, const TracedBoard& traced, int thre
   });
   const StripeImages stripes =
       sorted_into_stacks(scene.projector->sensor.lens.size(), scene.orientations, scene.frames, images);
-  const auto board = detect_board(white, scene.board->board());
+  const auto board = detect_target(white, scene.board->target());
   if (!board) return tl::unexpected(board.error());
   auto readings = read_stripes(stripes, {});
   if (!readings) return tl::unexpected(readings.error());
@@ -117,6 +117,7 @@ Expected<SeenBoard> look(const Scene& scene, const TracedBoard& traced, int thre
 
 void append(SeenBoard seen, const std::string& name, SimulatedCalibration& to) {
   to.data.placement_names.push_back(name);
+  to.data.board_of.push_back(0);
   to.data.observations.placement_count = to.truth.placement_count = to.data.placement_names.size();
   to.data.observations.corners.push_back(std::move(seen.corners));
   to.truth.corners.push_back(std::move(seen.true_corners));
@@ -131,8 +132,7 @@ SimulatedCalibration without_observations(const Scene& scene) {
   for (const Sensor& sensor : true_rig(scene).sensors) {
     empty.data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model()});
   }
-  empty.data.board = scene.board->board();
-  empty.data.board.warp_mm.setZero();  // as a capture describes it
+  empty.data.boards = {{"board", scene.board->target(), {}}};
   return empty;
 }
 

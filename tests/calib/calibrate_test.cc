@@ -15,8 +15,8 @@ CalibrationData data_of(const Synthetic& made) {
   for (const Sensor& sensor : made.truth.rig.sensors) {
     data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model()});
   }
-  data.board = made.truth.board;
-  data.board.warp_mm.setZero();
+  data.boards = {{"board", {9, 7, 40}, {}}};
+  data.board_of = made.truth.board_of;
   data.observations = made.observations;
   for (std::size_t p = 0; p < made.observations.placement_count; ++p) {
     data.placement_names.push_back("p" + std::to_string(p));
@@ -77,7 +77,8 @@ TEST(Calibrate, NamesWhatIsMissing) {
             {-160.0 + 12.0 * static_cast<double>(p), -120, 750.0 + 30.0 * static_cast<double>(p)}};
     CornerView& view = parallel.observations.corners[p];
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
-      view.pixels[i] = *parallel.truth.rig.sensors[0].lens.project(pose * parallel.truth.board.corner(view.corners[i]));
+      view.pixels[i] =
+          *parallel.truth.rig.sensors[0].lens.project(pose * parallel.truth.boards[0].point(view.corners[i]));
     }
   }
   const auto flat = calibrate(data_of(parallel), {});

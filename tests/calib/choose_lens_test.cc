@@ -47,7 +47,8 @@ TEST(ChooseLens, ProjectorsAreJudgedByTheirStripes) {
   for (const Sensor& sensor : made.truth.rig.sensors) {
     data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), "LENSMODEL_OPENCV8"});
   }
-  data.board = made.truth.board;
+  data.boards = {{"board", {9, 7, 40}, {}}};
+  data.board_of = made.truth.board_of;
   data.observations = made.observations;
   data.observations.features.clear();
   for (std::size_t p = 0; p < made.observations.placement_count; ++p) {

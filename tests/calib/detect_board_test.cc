@@ -61,7 +61,7 @@ double worst_error(const Placed& placed, const DetectedBoard& found, int columns
 TEST(DetectBoard, FindsABoardThatTellsItsEndsApartAtAnyTurn) {
   for (const double angle_deg : {0.0, 40.0, 95.0, 180.0, 250.0}) {
     const Placed placed = place(drawing(9, 6), angle_deg * M_PI / 180, 0.6, {5, -8}, {800, 700});
-    const auto found = detect_board(placed.image, {9, 6, 25});
+    const auto found = detect_grid(placed.image, 9, 6);
     ASSERT_TRUE(found) << angle_deg << ": " << found.error().message;
     EXPECT_EQ(found->corners.size(), 54U);
     EXPECT_LT(worst_error(placed, *found, 9), 0.1) << angle_deg;
@@ -70,8 +70,7 @@ TEST(DetectBoard, FindsABoardThatTellsItsEndsApartAtAnyTurn) {
 
 TEST(DetectBoard, ASymmetricPrintIsReadWithXToTheRight) {
   for (const double angle_deg : {0.0, 180.0, 30.0}) {
-    const auto found =
-        detect_board(place(drawing(9, 7), angle_deg * M_PI / 180, 0.6, {0, 0}, {800, 700}).image, {9, 7, 25});
+    const auto found = detect_grid(place(drawing(9, 7), angle_deg * M_PI / 180, 0.6, {0, 0}, {800, 700}).image, 9, 7);
     ASSERT_TRUE(found);
     EXPECT_GT(found->pixels[8].x(), found->pixels[0].x());
   }
@@ -80,7 +79,7 @@ TEST(DetectBoard, ASymmetricPrintIsReadWithXToTheRight) {
 TEST(DetectBoard, PlacesAPartialBoardByItsVisibleEnd) {
   for (const double shift : {-170.0, 170.0}) {
     const Placed placed = place(drawing(9, 6), 0.05, 0.75, {shift, 0}, {500, 480});
-    const auto found = detect_board(placed.image, {9, 6, 25});
+    const auto found = detect_grid(placed.image, 9, 6);
     ASSERT_TRUE(found) << shift << ": " << found.error().message;
     EXPECT_LT(found->corners.size(), 54U);
     EXPECT_LT(worst_error(placed, *found, 9), 0.15) << shift;
@@ -89,11 +88,11 @@ TEST(DetectBoard, PlacesAPartialBoardByItsVisibleEnd) {
 
 TEST(DetectBoard, RefusesWhatIsAmbiguous) {
   // Both ends of the rows lie outside the image.
-  const auto cut = detect_board(place(drawing(13, 6), 0, 0.9, {0, 0}, {460, 480}).image, {13, 6, 25});
+  const auto cut = detect_grid(place(drawing(13, 6), 0, 0.9, {0, 0}, {460, 480}).image, 13, 6);
   ASSERT_FALSE(cut);
   EXPECT_NE(cut.error().message.find("cannot be told"), std::string::npos) << cut.error().message;
-  EXPECT_FALSE(detect_board(drawing(6, 6), {6, 6, 25}));
-  EXPECT_FALSE(detect_board(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), {9, 6, 25}));
+  EXPECT_FALSE(detect_grid(drawing(6, 6), 6, 6));
+  EXPECT_FALSE(detect_grid(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), 9, 6));
 }
 
 }  // namespace

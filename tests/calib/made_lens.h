@@ -19,9 +19,9 @@ inline MadeLens made_lens(const Lens& lens, const std::string& fitted_model, dou
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal(0, sigma_px);
   MadeLens made;
-  made.truth.board = {9, 7, 40, {0, 0}};
+  made.truth.boards = {Board::grid(9, 7, 40)};
   made.truth.rig.sensors = {{"cam0", SensorKind::camera, lens, {}}};
-  made.data.board = made.truth.board;
+  made.data.boards = {{"board", {9, 7, 40}, {}}};
   made.data.sensors = {{"cam0", SensorKind::camera, lens.size(), fitted_model}};
   const Eigen::Vector3d centre(160, 120, 0);
   for (int p = 0; p < kPlacements; ++p) {
@@ -31,8 +31,8 @@ inline MadeLens made_lens(const Lens& lens, const std::string& fitted_model, dou
     pose.translation =
         Eigen::Vector3d(150 * (p % 3 - 1), 110 * (p / 3 % 3 - 1), 480 + 40 * (p % 4)) - pose.rotation * centre;
     CornerView view{0, static_cast<std::size_t>(p), {}, {}};
-    for (int i = 0; i < made.truth.board.corner_count(); ++i) {
-      const auto pixel = lens.project(pose * made.truth.board.corner(i));
+    for (int i = 0; i < made.truth.boards[0].point_count(); ++i) {
+      const auto pixel = lens.project(pose * made.truth.boards[0].point(i));
       const bool seen = pixel && (pixel->array() > 0).all() && pixel->x() < lens.size().width_px - 1 &&
                         pixel->y() < lens.size().height_px - 1;
       if (!seen) continue;
@@ -41,6 +41,8 @@ inline MadeLens made_lens(const Lens& lens, const std::string& fitted_model, dou
       view.pixels.push_back(*pixel + Eigen::Vector2d(x, normal(generator)));
     }
     made.truth.probe_from_board.push_back(pose);
+    made.truth.board_of.push_back(0);
+    made.data.board_of.push_back(0);
     made.data.placement_names.push_back("p" + std::to_string(p));
     made.data.observations.corners.push_back(std::move(view));
   }

@@ -46,8 +46,8 @@ ProjectedBoardImages rendered(const Scene& scene, const Renderer& renderer, std:
   return images;
 }
 
-CornerView printed_corners(const cv::Mat& white, const Board& board, std::size_t placement) {
-  const DetectedBoard found = detect_board(white, board).value();
+CornerView printed_corners(const cv::Mat& white, const Target& board, std::size_t placement) {
+  const DetectedBoard found = detect_grid(white, board.columns, board.rows).value();
   return {0, placement, found.corners, found.pixels};
 }
 
@@ -69,7 +69,7 @@ TEST(ProjectedBoard, CornersBesideThePrintAreFoundWhereTheyAre) {
   const std::vector<FeatureView> truth = ideal_observations(scene, 100).features;
   const std::size_t station = 6;
   const ProjectedBoardImages images = rendered(scene, renderer, station);
-  const Board& board = scene.board->board();
+  const Target& board = scene.board->target();
   const CornerView printed = printed_corners(images.white, board, station);
   const auto found = detect_projected_board(images, *scene.projected_chessboard, board, printed);
   ASSERT_TRUE(found) << found.error().message;
@@ -91,17 +91,18 @@ TEST(ProjectedBoard, CornersBesideThePrintAreFoundWhereTheyAre) {
 TEST(ProjectedBoard, CalibratesTheProjectorWithoutStripes) {
   const Scene scene = projected_board_scene();
   const Renderer renderer(scene, 2);
-  const Board& board = scene.board->board();
+  const Target& board = scene.board->target();
   CalibrationData data;
   const Rig truth = true_rig(scene);
   for (const Sensor& sensor : truth.sensors) data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size()});
-  data.board = board;
+  data.boards = {{"board", board, {}}};
   for (std::size_t p = 0; p < scene.stations.size(); ++p) {
     const ProjectedBoardImages images = rendered(scene, renderer, p);
     const CornerView printed = printed_corners(images.white, board, p);
     const auto found = detect_projected_board(images, *scene.projected_chessboard, board, printed);
     ASSERT_TRUE(found) << scene.stations[p].id << ": " << found.error().message;
     data.placement_names.push_back(scene.stations[p].id);
+    data.board_of.push_back(0);
     data.observations.corners.push_back(printed);
     data.observations.features.push_back({1, 0, p, found->projector_pixels, found->camera_pixels});
     data.pairs.push_back({0, 1, p, found->camera_pixels, found->projector_pixels});

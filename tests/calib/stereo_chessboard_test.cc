@@ -27,7 +27,7 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
     if (!std::filesystem::exists(images)) GTEST_SKIP() << "SKIPPED: " << images << " is missing (set CRUMPLE_DATA)";
     capture_ = read_capture(CRUMPLE_SOURCE_DIR "/datasets/examples/stereo_chessboard.yaml", images).value();
     data_.sensors = {{GetParam(), SensorKind::camera, {640, 480}}};
-    data_.board = *capture_.board;
+    data_.boards = capture_.boards;
   }
 
   template <typename Detect>
@@ -39,6 +39,7 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
       CornerView view{0, data_.placement_names.size(), {}, pixels};
       for (int i = 0; i < 54; ++i) view.corners.push_back(i);
       data_.placement_names.push_back(station.id);
+      data_.board_of.push_back(0);
       data_.observations.corners.push_back(view);
     }
     data_.observations.placement_count = data_.placement_names.size();
@@ -53,7 +54,7 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
       board.emplace_back();
       pixels.emplace_back();
       for (int i = 0; i < 54; ++i) {
-        const Eigen::Vector3d corner = data_.board.corner(i);
+        const Eigen::Vector3d corner = board_of(data_.boards[0].target).point(i);
         const Eigen::Vector2d pixel = view.pixels[static_cast<std::size_t>(i)];
         board.back().emplace_back(static_cast<float>(corner.x()), static_cast<float>(corner.y()), 0.0F);
         pixels.back().emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
@@ -94,7 +95,7 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
 
 // In single precision, all that OpenCV's calibration takes: both are to fit the same numbers.
 std::vector<Eigen::Vector2d> by_crossing_edges(const cv::Mat& image) {
-  const auto board = detect_board(image, {9, 6, 25});
+  const auto board = detect_grid(image, 9, 6);
   if (!board) return {};
   std::vector<Eigen::Vector2d> pixels;
   for (const Eigen::Vector2d& pixel : board->pixels) {

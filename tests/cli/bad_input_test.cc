@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Slip{"pitch_mm: 24", "pitch_mm: \"24\"", "board.pitch_mm: must be a number above zero"},
                     Slip{"pitch_mm: 24", "pitch_mm: 24 mm", "not `24 mm`."},
                     Slip{"kind: camera", "kind: kamera", "must be camera or projector, not `kamera`."},
-                    Slip{"schema: crumple-capture/1", "schema: crumple-capture/9", "capture.yaml:1:9: schema"},
+                    Slip{"schema: crumple-capture/2", "schema: crumple-capture/9", "capture.yaml:1:9: schema"},
                     Slip{"title: ", "title: [", "not valid YAML"}));
 
 TEST_F(BadInput, AnOutputFolderThatExists) {

@@ -31,6 +31,12 @@ TEST(CalibrateVerb, ParametersBesideTheTruth) {
   EXPECT_EQ(truth["parameters"].back()["name"], "proj0.translation_z");
   EXPECT_LT(std::abs(truth["parameters"].back()["error"].get<double>()), 3);
 
+  const std::string residuals = content_of(home / "rig/residuals.csv");
+  EXPECT_THAT(residuals, testing::StartsWith("placement,camera,sensor,kind,index,x_px,y_px,"));
+  EXPECT_THAT(residuals, HasSubstr("\nboard_4,cam0,cam0,corners,0,"));
+  EXPECT_THAT(residuals, HasSubstr("\nboard_1,cam0,proj0,stripes,0,"));
+  EXPECT_TRUE(std::filesystem::exists(home / "rig/overlays/board_1_cam0.png"));
+
   const ProgramRun missing = run_program(calibrate + " --overwrite --truth='" + (home / "none").string() + "'");
   EXPECT_EQ(missing.exit_code, 3);
   EXPECT_THAT(missing.err, HasSubstr("none"));

@@ -73,6 +73,23 @@ TEST(PatternsVerb, AFolderThatCannotBeMadeIsASentence) {
   EXPECT_THAT(run.err, HasSubstr("/proc/none"));
 }
 
+// What it says goes into capture.yaml as it is.
+TEST(PatternsVerb, DrawsEveryKindOfBoardAndDescribesIt) {
+  const TemporaryFolder home;
+  const auto patterns = [&](const std::string& flags) {
+    return run_program("patterns --board --overwrite --out='" + (home / "out").string() + "' " + flags);
+  };
+  const ProgramRun charuco = patterns("--board_kind=charuco");
+  EXPECT_EQ(charuco.exit_code, 0) << charuco.err;
+  EXPECT_THAT(charuco.out, HasSubstr("board: {kind: charuco, inner_corners: [10, 7], pitch_mm: 20, marker_mm: 15, "
+                                     "dictionary: 5X5_250, first_id: 0}"));
+  const ProgramRun tags = patterns("--board_kind=apriltag --board_columns=5 --board_rows=4 --board_pitch_mm=40");
+  EXPECT_THAT(tags.out, HasSubstr("markers: [5, 4], pitch_mm: 40, marker_mm: 32, dictionary: APRILTAG_36h11"));
+  EXPECT_THAT(patterns("--board_kind=dots").out, HasSubstr("dots: [10, 7], pitch_mm: 20, diameter_mm: 10"));
+  EXPECT_EQ(patterns("--board_kind=dots --board_mark_mm=19").exit_code, 2);
+  EXPECT_THAT(patterns("--board_kind=circles").err, HasSubstr("chessboard, charuco, apriltag and dots"));
+}
+
 TEST(PatternsVerb, WarnsOfABoardThatLooksTheSameUpsideDown) {
   const TemporaryFolder home;
   const ProgramRun run = run_program("patterns --board --board_rows=8 --out='" + (home / "out").string() + "'");

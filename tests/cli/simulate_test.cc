@@ -39,6 +39,27 @@ TEST(SimulateVerb, TheSceneThatItWroteGivesTheSameImages) {
   }
 }
 
+TEST(SimulateVerb, ABagProvesThatNothingWasChanged) {
+  const TemporaryFolder home;
+  const std::string bag = (home / "bag").string();
+  const ProgramRun run =
+      run_program("simulate '" + small_scene + "' --stations=panel_1 --nodepth_maps --bag --out='" + bag + "'",
+                  "SOURCE_DATE_EPOCH=86400");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(content_of(home / "bag/bag-info.txt"), HasSubstr("Bagging-Date: 1970-01-02"));
+  const ProgramRun sound = run_program("check '" + bag + "' --json");
+  EXPECT_EQ(sound.exit_code, 0) << sound.out;
+  EXPECT_TRUE(json::parse(sound.out)["bag"]);
+
+  std::filesystem::remove(home / "bag/data/panel_1/cam0/003.png");
+  replace_in(home / "bag/data/capture.yaml", "title", "# title");
+  const ProgramRun damaged = run_program("check '" + bag + "/data/capture.yaml'");
+  EXPECT_EQ(damaged.exit_code, 3);
+  EXPECT_THAT(damaged.out, HasSubstr("data/panel_1/cam0/003.png: is missing"));
+  EXPECT_THAT(damaged.out, HasSubstr("data/capture.yaml: was changed"));
+  EXPECT_THAT(damaged.out, HasSubstr("`title` is missing"));
+}
+
 TEST(SimulateVerb, Mistakes) {
   const TemporaryFolder home;
   const std::string out = " --out='" + (home / "out").string() + "'";

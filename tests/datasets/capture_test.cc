@@ -59,14 +59,15 @@ TEST(Capture, KeepsWhatTheDescriptionSays) {
   EXPECT_EQ(capture->sensors[1].kind, SensorKind::projector);
   EXPECT_EQ(capture->sensors[1].lens_model, "LENSMODEL_PINHOLE");
   EXPECT_EQ(capture->sensors[0].size, (ImageSize{640, 480}));
-  EXPECT_EQ(capture->board->columns, 9);
-  EXPECT_EQ(capture->board->rows, 7);
-  EXPECT_EQ(capture->board->pitch_mm, 30.5);
+  ASSERT_EQ(capture->boards.size(), 1U);
+  EXPECT_EQ(capture->boards[0].target.columns, 9);
+  EXPECT_EQ(capture->boards[0].target.rows, 7);
+  EXPECT_EQ(capture->boards[0].target.pitch_mm, 30.5);
   EXPECT_NEAR(capture->orientations[1].angle_rad, M_PI / 2, 1e-15);
   EXPECT_EQ(capture->orientations[1].code_offset, 3);
   EXPECT_EQ(capture->projected_chessboard->first_corner_px, Eigen::Vector2d(10, 8));
-  EXPECT_TRUE(capture->stations[0].board);
-  EXPECT_FALSE(capture->stations[1].board);
+  EXPECT_EQ(capture->stations[0].boards.size(), 1U);
+  EXPECT_TRUE(capture->stations[1].boards.empty());
   EXPECT_EQ(capture->exclusion("b", "cam")->reason, "a hand was in view");
   EXPECT_FALSE(capture->exclusion("a", "cam"));
 }
@@ -150,7 +151,8 @@ TEST_P(CaptureMistake, IsNamedWithItsPlace) {
 INSTANTIATE_TEST_SUITE_P(
     All, CaptureMistake,
     ::testing::Values(
-        Mistake{"capture/1", "capture/2", "crumple-capture/2", "must be crumple-capture/1, not `crumple-capture/2`"},
+        Mistake{"capture/1", "capture/3", "crumple-capture/3",
+                "must be crumple-capture/2 or crumple-capture/1, not `crumple-capture/3`"},
         Mistake{"title: A bench test", "", "schema", "`title` is missing"},
         Mistake{"title: A bench", "titel: A bench", "titel", "unknown key `titel`; did you mean `title`?"},
         Mistake{"title: A bench test", "title: [", ":\n  cam", "not valid YAML"},
@@ -223,7 +225,7 @@ TEST(CaptureExamples, DescribeTheirPublicImages) {
   for (const std::string name : {"procam", "stereo_chessboard"}) {
     const auto capture = read_capture(examples / (name + ".yaml"), examples);
     ASSERT_TRUE(capture) << capture.error().message;
-    EXPECT_TRUE(capture->board);
+    EXPECT_EQ(capture->boards.size(), 1U);
   }
 }
 
@@ -231,7 +233,7 @@ TEST(CaptureExamples, DescribeTheirPublicImages) {
 TEST(CaptureExamples, OfTheDocumentationAreValid) {
   std::ifstream file(std::filesystem::path(CRUMPLE_SOURCE_DIR) / "docs/formats.md");
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  const std::string start = "```yaml\nschema: crumple-capture/1";
+  const std::string start = "```yaml\nschema: crumple-capture/2";
   int examples = 0;
   for (std::size_t at = text.find(start); at != std::string::npos; at = text.find(start, at + 1), ++examples) {
     const std::size_t begin = text.find('\n', at) + 1;

@@ -181,7 +181,7 @@ cv::Mat drawn_board(cv::Size squares, int side_px) {
 }
 
 TEST(BoardCheck, NoticesABoardTheProjectorDoesNotLight) {
-  const Board board{8, 5, 10, {0, 0}};
+  const BoardSpec board{"board", {8, 5, 10}, {}};
   const cv::Mat white = drawn_board({9, 6}, 40);
   cv::Mat black = white * 0.1;
   const auto findings = [&] {

@@ -82,14 +82,14 @@ TEST(RenderSurfaces, ray_meets_the_exact_surface) {
 }
 
 TEST(RenderSurfaces, plate_has_squares_and_a_margin) {
-  const BoardPlate plate(Board{9, 6, 20, {0.2, -0.1}}, 10, Material{0.9, 0, 1}, Material{0.1, 0, 1});
+  const BoardPlate plate(Target{9, 6, 20}, {0.2, -0.1}, 10, Material{0.9, 0, 1}, Material{0.1, 0, 1});
   EXPECT_EQ(plate.material(-5, -5).albedo, 0.1);
   EXPECT_EQ(plate.material(5, -5).albedo, 0.9);
   EXPECT_EQ(plate.material(5, 5).albedo, 0.1);
   EXPECT_EQ(plate.material(-25, -5).albedo, 0.9);
   EXPECT_EQ(plate.extent().low, Eigen::Vector2d(-30, -30));
   EXPECT_EQ(plate.extent().high, Eigen::Vector2d(190, 130));
-  const Eigen::Vector3d corner = plate.board().corner(13);
+  const Eigen::Vector3d corner = plate.board().point(13);
   EXPECT_NEAR(plate.distance_mm(corner), 0, 1e-12);
 }
 

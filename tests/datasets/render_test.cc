@@ -158,7 +158,7 @@ TEST(Render, corners_lie_where_the_measurement_model_says) {
   lens = *Lens::create(lens.model(), {640, 480}, parameters);
   const Observations ideal = ideal_observations(scene, 50);
   const Renderer renderer(scene, 2);
-  const Board& board = scene.board->board();
+  const Target& board = scene.board->target();
   for (const std::size_t station : {0U, 2U}) {
     cv::Mat image;
     ASSERT_TRUE(renderer.render_station(station, [&](const RenderedFrame& frame) -> Expected<void> {

@@ -46,8 +46,8 @@ TEST_F(Simulate, writes_a_capture_that_reads_back) {
   ASSERT_TRUE(capture) << capture.error().message;
   EXPECT_EQ(capture->frames.size(), scene.frames.size());
   ASSERT_EQ(capture->stations.size(), 2U);
-  EXPECT_TRUE(capture->stations[0].board);
-  EXPECT_FALSE(capture->stations[1].board);
+  EXPECT_EQ(capture->stations[0].boards.size(), 1U);
+  EXPECT_TRUE(capture->stations[1].boards.empty());
   const auto images = read_stripe_images(*capture, "cam0", "panel_1");
   ASSERT_TRUE(images) << images.error().message;
   EXPECT_EQ(images->stacks.size(), 1U);

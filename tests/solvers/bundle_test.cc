@@ -35,8 +35,8 @@ TEST(Bundle, RecoversNoiseFreeTruth) {
   for (std::size_t i = 0; i < truth.size(); ++i) {
     EXPECT_NEAR(found[i], truth[i], 1e-6 * std::max(1.0, std::abs(truth[i]))) << i;
   }
-  EXPECT_NEAR(result->state.board.warp_mm.x(), 0.6, 1e-6);
-  EXPECT_NEAR(result->state.board.warp_mm.y(), -0.4, 1e-6);
+  EXPECT_NEAR(result->state.boards[0].warp_mm.x(), 0.6, 1e-6);
+  EXPECT_NEAR(result->state.boards[0].warp_mm.y(), -0.4, 1e-6);
 }
 
 TEST(Bundle, EstimatesTheNoiseOfEachGroup) {
@@ -110,7 +110,7 @@ class WholeJacobian final : public ceres::CostFunction {
 TEST(Covariance, EqualsCeresCovariance) {
   const Synthetic made = make_synthetic({.placements = 6, .corner_sigma_px = 0.2, .stripe_sigma_px = 0.05});
   const CalibrationState& state = made.truth;
-  const auto views = make_views(made.observations);
+  const auto views = make_views(made.observations, made.truth.board_of);
   const Parameters parameters(state, views, {{BlockId::Kind::mount, 0}});
   NormalEquations equations(parameters);
   std::vector<RowMajorMatrix> rows;

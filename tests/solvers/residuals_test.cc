@@ -22,7 +22,10 @@ CalibrationState moved(CalibrationState state, const BlockId& block, const Eigen
           retract(state.rig.sensors[block.index].sensor_from_probe, step);
       break;
     case BlockId::Kind::warp:
-      state.board.warp_mm += step;
+      state.boards[block.index].warp_mm += step;
+      break;
+    case BlockId::Kind::scale:
+      state.boards[block.index].scale += step[0];
       break;
     case BlockId::Kind::placement:
       state.probe_from_board[block.index] = retract(state.probe_from_board[block.index], step);
@@ -34,17 +37,20 @@ CalibrationState moved(CalibrationState state, const BlockId& block, const Eigen
 TEST(Residuals, VanishAtTheTruth) {
   const Synthetic made = make_synthetic({.warp_mm = {0.5, -0.3}});
   ViewEvaluation evaluation;
-  for (const auto& view : make_views(made.observations)) {
+  for (const auto& view : make_views(made.observations, made.truth.board_of)) {
     ASSERT_TRUE(view->evaluate(made.truth, false, evaluation));
     EXPECT_LT(evaluation.residuals.cwiseAbs().maxCoeff(), 1e-9) << name_of(view->kind());
   }
 }
 
-TEST(Residuals, JacobiansMatchCentralDifferences) {
-  const Synthetic made = make_synthetic({.placements = 3, .warp_mm = {0.5, -0.3}});
+class Jacobians : public testing::TestWithParam<double> {};  // the radius of the board's discs; 0: corners
+
+TEST_P(Jacobians, MatchCentralDifferences) {
+  const Synthetic made = make_synthetic({.placements = 3, .warp_mm = {0.5, -0.3}, .disc_radius_mm = GetParam()});
   CalibrationState state = disturbed(made.truth, 5);
-  state.board.warp_mm = {1.5, -2.0};
-  for (const auto& view : make_views(made.observations)) {
+  state.boards[0].warp_mm = {1.5, -2.0};
+  state.boards[0].scale = 0.997;
+  for (const auto& view : make_views(made.observations, made.truth.board_of)) {
     ViewEvaluation evaluation;
     ASSERT_TRUE(view->evaluate(state, true, evaluation));
     for (std::size_t b = 0; b < view->blocks().size(); ++b) {
@@ -62,11 +68,13 @@ TEST(Residuals, JacobiansMatchCentralDifferences) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(CornersAndDiscs, Jacobians, testing::Values(0, 9));
+
 TEST(Residuals, ABoardBehindTheCameraIsNoPrediction) {
   Synthetic made = make_synthetic({.placements = 1});
   made.truth.probe_from_board[0].translation.z() = -800;
   ViewEvaluation evaluation;
-  for (const auto& view : make_views(made.observations)) {
+  for (const auto& view : make_views(made.observations, made.truth.board_of)) {
     EXPECT_FALSE(view->evaluate(made.truth, true, evaluation)) << name_of(view->kind());
   }
 }

@@ -23,7 +23,7 @@ Lens lens(const char* model, double f, Eigen::Vector2d c, double k1) {
 Pose placement(int i, const Board& board) {
   const double angle = 2.4 * i;
   const double tilt = i == 0 ? 0 : 0.35 + 0.05 * (i % 3);
-  const Eigen::Vector3d centre((board.columns - 1) * board.pitch_mm / 2, (board.rows - 1) * board.pitch_mm / 2, 0);
+  const Eigen::Vector3d centre = 0.5 * board.point(board.point_count() - 1);
   Pose pose;
   pose.rotation = rotation_from_vector(tilt * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.3 * (i % 2)));
   const Eigen::Vector3d at(50 * std::cos(1.7 * i), 35 * std::sin(1.3 * i), 800 + 40 * (i % 4));
@@ -44,19 +44,21 @@ Synthetic make_synthetic(const SyntheticOptions& options) {
 
   Synthetic made;
   CalibrationState& truth = made.truth;
-  truth.board = {9, 7, 40, options.warp_mm};
+  truth.boards = {Board::grid(9, 7, 40, options.disc_radius_mm)};
+  truth.boards[0].warp_mm = options.warp_mm;
   truth.rig.sensors.push_back({"cam0", SensorKind::camera, lens(options.model, 1400, {515, 380}, -0.12), {}});
   const Pose proj_from_cam = retract({}, (Vector6d() << 0.02, -0.28, 0.01, -230, -5, 30).finished());
   truth.rig.sensors.push_back({"proj0", SensorKind::projector,
                                lens(options.model, 1500, options.projector_principal_point, -0.03), proj_from_cam});
   made.observations.placement_count = static_cast<std::size_t>(options.placements);
   for (int p = 0; p < options.placements; ++p) {
-    truth.probe_from_board.push_back(placement(p, truth.board));
+    truth.probe_from_board.push_back(placement(p, truth.boards[0]));
+    truth.board_of.push_back(0);
     const std::size_t index = static_cast<std::size_t>(p);
     CornerView corners{0, index, {}, {}};
-    for (int i = 0; i < truth.board.corner_count(); ++i) {
+    for (int i = 0; i < truth.boards[0].point_count(); ++i) {
       corners.corners.push_back(i);
-      const Eigen::Vector3d in_camera = truth.probe_from_board.back() * truth.board.corner(i);
+      const Eigen::Vector3d in_camera = truth.probe_from_board.back() * truth.boards[0].point(i);
       corners.pixels.push_back(*truth.rig.sensors[0].lens.project(in_camera) + noise2(options.corner_sigma_px));
     }
     const Transfer to_projector(truth, 0, 1, index);
@@ -84,7 +86,7 @@ CalibrationState disturbed(const CalibrationState& truth, unsigned seed) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   CalibrationState state = truth;
-  state.board.warp_mm.setZero();
+  state.boards[0].warp_mm.setZero();
   const auto disturb = [&](Pose& pose) {
     Vector6d step;
     for (int i = 0; i < 6; ++i) step[i] = uniform(generator) * (i < 3 ? 0.02 : 8);

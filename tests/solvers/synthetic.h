@@ -17,6 +17,7 @@ struct SyntheticOptions {
   const char* model = "LENSMODEL_OPENCV5";
   Eigen::Vector2d projector_principal_point{512, 850};  // below the panel: an offset lens
   Eigen::Vector2d warp_mm{0, 0};
+  double disc_radius_mm = 0;  // above 0: the board carries discs
 };
 
 struct Synthetic {

@@ -20,7 +20,7 @@ Views views(SyntheticOptions options) {
   Views result{make_synthetic(options), {}};
   for (const CornerView& view : result.made.observations.corners) {
     Points2d on_board;
-    for (const int corner : view.corners) on_board.push_back(result.made.truth.board.corner(corner).head<2>());
+    for (const int corner : view.corners) on_board.push_back(result.made.truth.boards[0].point(corner).head<2>());
     result.homographies.push_back(homography(on_board, view.pixels).value());
   }
   return result;
@@ -129,8 +129,8 @@ TEST(Resection, RecoversAProjectorWithAnOffsetLens) {
   Points2d pixels;
   const Sensor& projector = v.made.truth.rig.sensors[1];
   for (const Pose& probe_from_board : v.made.truth.probe_from_board) {
-    for (int i = 0; i < v.made.truth.board.corner_count(); ++i) {
-      points.push_back(probe_from_board * v.made.truth.board.corner(i));
+    for (int i = 0; i < v.made.truth.boards[0].point_count(); ++i) {
+      points.push_back(probe_from_board * v.made.truth.boards[0].point(i));
       pixels.push_back(*projector.lens.project(projector.sensor_from_probe * points.back()));
     }
   }

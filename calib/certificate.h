@@ -1,0 +1,39 @@
+// What is known of a board's size and flatness, and the priors that follow (GUM type B).
+//
+// Images alone cannot tell a board's scale. A certificate can: the mean pitch with its standard uncertainty at a
+// temperature. At the capture's temperature T the true pitch is the nominal one times
+//   scale = 1 + alpha (T - T0),   u^2 = (u_pitch / pitch)^2 + (alpha u_T)^2 + ((T - T0) u_alpha)^2,
+// see calib/scale_uncertainty.h. What is not known is said, never taken for zero.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace crumple {
+
+struct BoardCertificate {
+  double pitch_sigma_mm = 0;  // standard uncertainty of the mean pitch at `temperature_c`
+  double temperature_c = 20;
+  std::optional<double> expansion_per_k;
+  double expansion_sigma_per_k = 0;
+  std::optional<double> flatness_mm;  // the surface lies between two planes this far apart
+  std::string serial, issuer, date;   // for the record
+};
+
+struct Temperature {
+  double celsius = 20;
+  double sigma_k = 0;
+};
+
+struct ScalePrior {
+  double scale = 1;
+  double sigma = 0;
+};
+
+// `capture` and the expansion are needed together: without either the scale is the certificate's, at its temperature.
+ScalePrior scale_prior(const BoardCertificate& certificate, double pitch_mm, const std::optional<Temperature>& capture);
+
+// What the prior does not contain, in words; empty where it is complete.
+std::string missing_in(const BoardCertificate& certificate, const std::optional<Temperature>& capture);
+
+}  // namespace crumple

@@ -1,0 +1,149 @@
+#include "calib/seen_markers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+#include <opencv2/aruco.hpp>
+#include <opencv2/calib3d.hpp>
+
+#include "calib/dictionary.h"
+#include "solvers/closed_form/homography.h"
+
+namespace crumple {
+namespace {
+
+using Corners = std::array<Eigen::Vector2d, 4>;
+
+// Of a marker's side: a corner further from where the others put it is another marker's, or none.
+constexpr double kAstray = 0.3;
+constexpr double kLeastInPlace = 0.6;  // share of the markers
+constexpr double kSideTolerance = 0.2;
+
+double side_px(const Corners& corners) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 4; ++i) sum += (corners[(i + 1) % 4] - corners[i]).norm();
+  return sum / 4;
+}
+
+// Every marker of the dictionary, by number; those seen twice are left out, for one of the two is wrong.
+std::map<int, Corners> read_markers(const cv::Mat& image8, const std::string& dictionary) {
+  std::vector<std::vector<cv::Point2f>> quads;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(image8, cv::aruco::getPredefinedDictionary(dictionary_number(dictionary).value()), quads,
+                           ids);
+  std::map<int, Corners> markers;
+  std::map<int, int> times;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    ++times[ids[i]];
+    for (std::size_t k = 0; k < 4; ++k) markers[ids[i]][k] = {quads[i][k].x, quads[i][k].y};
+  }
+  std::erase_if(markers, [&](const auto& entry) { return times[entry.first] > 1; });
+  return markers;
+}
+
+Error nothing_of_target(const std::map<int, Corners>& markers, const Target& target) {
+  const auto all = markers_of(target);
+  if (markers.empty()) {
+    return {
+        fmt::format("no marker of the dictionary {} is found: is it the board's, and are the markers at least some "
+                    "20 px wide?",
+                    target.dictionary)};
+  }
+  return {
+      fmt::format("{} markers of {} are found, such as number {}, but none of this board's, {} to {}: another "
+                  "board, or a wrong `first_id`",
+                  markers.size(), target.dictionary, markers.begin()->first, all.front().id, all.back().id)};
+}
+
+// The plane that most markers lie on, by RANSAC over all their corners.
+std::optional<Eigen::Matrix3d> pixel_from_board(const std::vector<SeenMarker>& seen,
+                                                const std::vector<TargetMarker>& markers, double mark_mm,
+                                                double tolerance_px) {
+  std::vector<cv::Point2d> on_board, pixels;
+  for (const SeenMarker& marker : seen) {
+    const auto corners_mm = marker_corners_mm(markers[marker.index], mark_mm);
+    for (std::size_t k = 0; k < 4; ++k) {
+      on_board.emplace_back(corners_mm[k].x(), corners_mm[k].y());
+      pixels.emplace_back(marker.corners[k].x(), marker.corners[k].y());
+    }
+  }
+  const cv::Mat found = cv::findHomography(on_board, pixels, cv::RANSAC, tolerance_px);
+  if (found.empty()) return std::nullopt;
+  Eigen::Matrix3d h;
+  for (int i = 0; i < 9; ++i) h(i / 3, i % 3) = found.at<double>(i / 3, i % 3);
+  return h;
+}
+
+Corners predicted(const Eigen::Matrix3d& h, const TargetMarker& marker, double mark_mm) {
+  Corners corners;
+  const auto corners_mm = marker_corners_mm(marker, mark_mm);
+  for (std::size_t k = 0; k < 4; ++k) corners[k] = apply_homography(h, corners_mm[k]);
+  return corners;
+}
+
+// By the distance of the markers from each other, which is the pitch's, how large they are against `mark_mm`; 1 where
+// the markers do not lie as the target has them.
+double relative_side(const std::vector<SeenMarker>& seen, const std::vector<TargetMarker>& markers, double mark_mm,
+                     double tolerance_px) {
+  Points2d centres_mm, centres;
+  for (const SeenMarker& marker : seen) {
+    centres_mm.emplace_back(markers[marker.index].low_mm + Eigen::Vector2d::Constant(mark_mm / 2));
+    centres.push_back(0.25 * (marker.corners[0] + marker.corners[1] + marker.corners[2] + marker.corners[3]));
+  }
+  const auto h = homography(centres_mm, centres);
+  if (!h) return 1;
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    if ((apply_homography(*h, centres_mm[i]) - centres[i]).norm() > tolerance_px) return 1;
+  }
+  std::vector<double> ratios;
+  for (const SeenMarker& marker : seen) {
+    ratios.push_back(side_px(marker.corners) / side_px(predicted(*h, markers[marker.index], mark_mm)));
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
+  return ratios[ratios.size() / 2];
+}
+
+}  // namespace
+
+Expected<std::vector<SeenMarker>> see_markers(const cv::Mat& image8, const Target& target) {
+  const std::map<int, Corners> read = read_markers(image8, target.dictionary);
+  const std::vector<TargetMarker> markers = markers_of(target);
+  std::vector<SeenMarker> seen;
+  for (std::size_t i = 0; i < markers.size(); ++i) {
+    const auto found = read.find(markers[i].id);
+    if (found != read.end()) seen.push_back({i, found->second});
+  }
+  if (seen.empty()) return tl::unexpected(nothing_of_target(read, target));
+
+  const double tolerance_px = kAstray * side_px(seen[seen.size() / 2].corners);
+  const double ratio = relative_side(seen, markers, target.mark_mm, tolerance_px);
+  if (std::abs(ratio - 1) > kSideTolerance) {
+    return fail(
+        fmt::format("against their distances the markers look {:.2f} times as large as the board's {:g} mm: check "
+                    "its sizes",
+                    ratio, target.mark_mm));
+  }
+  std::vector<SeenMarker> in_place;
+  if (const auto h = pixel_from_board(seen, markers, target.mark_mm, tolerance_px)) {
+    for (const SeenMarker& marker : seen) {
+      const Corners there = predicted(*h, markers[marker.index], target.mark_mm);
+      bool near = true;
+      for (std::size_t k = 0; k < 4; ++k) {
+        near = near && (there[k] - marker.corners[k]).norm() < kAstray * side_px(marker.corners);
+      }
+      if (near) in_place.push_back(marker);
+    }
+  }
+  if (static_cast<double>(in_place.size()) < kLeastInPlace * static_cast<double>(seen.size())) {
+    return fail(
+        fmt::format("{} of the board's markers are found, but {} of them not where it has them: check its "
+                    "columns, rows, sizes and `first_id`",
+                    seen.size(), seen.size() - in_place.size()));
+  }
+  return in_place;
+}
+
+}  // namespace crumple

@@ -1,0 +1,148 @@
+#include "datasets/motion_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace crumple {
+namespace {
+
+using Kind = FrameContent::Kind;
+
+constexpr int kBlock_px = 48;
+constexpr double kWarning_px = 0.15;
+constexpr double kError_px = 0.7;
+constexpr double kSharp_px = 0.03;         // a block whose shift is less certain than this says nothing
+constexpr double kSignificant = 6;         // standard deviations
+constexpr double kLeastMovedShare = 0.15;  // of the blocks that can tell
+constexpr std::size_t kFewestBlocks = 4;
+constexpr double kSaturated = 0.98;  // of full scale
+
+struct PairSum {
+  std::string pattern, inverse;  // the frames' names
+  cv::Mat1f sum;
+};
+
+// In the order they were taken.
+std::vector<PairSum> pair_sums(const std::vector<ShownFrame>& frames, double full_scale) {
+  std::map<std::tuple<std::size_t, int, bool>, const ShownFrame*> shown;
+  for (const ShownFrame& frame : frames) {
+    if (frame.content.kind != Kind::stripes || frame.image.empty()) continue;
+    shown[{frame.content.orientation, frame.content.bit, frame.content.inverted}] = &frame;
+  }
+  std::vector<std::pair<const ShownFrame*, const ShownFrame*>> pairs;
+  for (const auto& [key, frame] : shown) {
+    const auto& [orientation, bit, inverted] = key;
+    const auto inverse = shown.find({orientation, bit, true});
+    if (!inverted && inverse != shown.end()) pairs.emplace_back(frame, inverse->second);
+  }
+  std::sort(pairs.begin(), pairs.end());  // frames lie in one array, in their order
+  std::vector<PairSum> sums;
+  for (const auto& [pattern, inverse] : pairs) {
+    PairSum pair{pattern->name, inverse->name, {}};
+    cv::add(pattern->image, inverse->image, pair.sum, cv::noArray(), CV_32F);
+    const cv::Mat lost = (pattern->image >= kSaturated * full_scale) | (inverse->image >= kSaturated * full_scale);
+    pair.sum.setTo(std::numeric_limits<float>::quiet_NaN(), lost);
+    sums.push_back(std::move(pair));
+  }
+  return sums;
+}
+
+struct BlockShift {
+  double shift_px = 0;
+  double sigma_px = 0;
+};
+
+// to - from = d . gradient + a from + b, solved for d, a and b. None where the block is flat or mostly saturated.
+std::optional<BlockShift> block_shift(const cv::Mat1f& from, const cv::Mat1f& to, const cv::Rect& block) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double squares = 0;
+  int count = 0;
+  for (int y = block.y; y < block.br().y; ++y) {
+    for (int x = block.x; x < block.br().x; ++x) {
+      const double dx = 0.25 * (from(y, x + 1) - from(y, x - 1) + to(y, x + 1) - to(y, x - 1));
+      const double dy = 0.25 * (from(y + 1, x) - from(y - 1, x) + to(y + 1, x) - to(y - 1, x));
+      const double difference = to(y, x) - from(y, x);
+      if (!std::isfinite(dx + dy + difference)) continue;
+      const Eigen::Vector4d row(-dx, -dy, from(y, x), 1);
+      normal += row * row.transpose();
+      right += difference * row;
+      squares += difference * difference;
+      ++count;
+    }
+  }
+  if (count < block.area() / 2) return std::nullopt;
+  // The shift's own information, light eliminated.
+  const Eigen::Matrix2d light = normal.bottomRightCorner<2, 2>() + 1e-9 * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d gain = light.ldlt().solve(normal.bottomLeftCorner<2, 2>());
+  const Eigen::Matrix2d information = normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 2>() * gain;
+  const Eigen::Vector2d reduced = right.head<2>() - gain.transpose() * right.tail<2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information);
+  const double strongest = eigen.eigenvalues()[1];
+  if (!(strongest > 0)) return std::nullopt;
+  const Eigen::Vector4d solution = normal.ldlt().solve(right);
+  const double variance = std::max(0.0, squares - solution.dot(right)) / (count - 4);
+  const double along = eigen.eigenvectors().col(1).dot(reduced) / strongest;
+  return BlockShift{std::abs(along), std::sqrt(variance / strongest)};
+}
+
+std::string moved(const PairSum& before, const PairSum& after, double shift_px, const std::string& how) {
+  return fmt::format("the rig or the object {} by about {:.2g} px between {} and {}", how, shift_px, before.pattern,
+                     after.inverse);
+}
+
+}  // namespace
+
+double shift_between(const cv::Mat1f& from, const cv::Mat1f& to) {
+  std::vector<double> all, shifts;
+  for (int y = 1; y + kBlock_px < from.rows; y += kBlock_px) {
+    for (int x = 1; x + kBlock_px < from.cols; x += kBlock_px) {
+      const auto block = block_shift(from, to, {x, y, kBlock_px, kBlock_px});
+      if (!block || block->sigma_px > kSharp_px) continue;
+      all.push_back(block->shift_px);
+      if (block->shift_px > kSignificant * block->sigma_px && block->shift_px > kWarning_px) {
+        shifts.push_back(block->shift_px);
+      }
+    }
+  }
+  const double share = static_cast<double>(shifts.size()) / std::max(1.0, static_cast<double>(all.size()));
+  if (shifts.size() < kFewestBlocks || share < kLeastMovedShare) return 0;
+  const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
+  std::nth_element(shifts.begin(), middle, shifts.end());
+  return *middle;
+}
+
+std::vector<Finding> check_motion(const std::vector<ShownFrame>& frames, double full_scale, const std::string& where) {
+  const std::vector<PairSum> sums = pair_sums(frames, full_scale);
+  std::vector<Finding> findings;
+  const auto add = [&](double shift_px, const std::string& sentence) {
+    findings.push_back({shift_px >= kError_px ? Severity::error : Severity::warning, where,
+                        sentence + (shift_px >= kError_px ? ": take the station again, or exclude it"
+                                                          : ": its points are the less certain for it")});
+  };
+  double steps_px = 0;
+  for (std::size_t i = 1; i < sums.size(); ++i) {
+    const double step_px = shift_between(sums[i - 1].sum, sums[i].sum);
+    if (step_px <= 0) continue;
+    add(step_px, moved(sums[i - 1], sums[i], step_px, "moved"));
+    steps_px += step_px;
+  }
+  for (std::size_t i = sums.size(); steps_px <= 0 && i-- > 1;) {
+    const double crept_px = shift_between(sums[0].sum, sums[i].sum);
+    if (crept_px <= 0) continue;
+    add(crept_px, moved(sums[0], sums[i], crept_px, "crept"));
+    break;
+  }
+  return findings;
+}
+
+}  // namespace crumple

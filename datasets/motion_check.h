@@ -1,0 +1,25 @@
+// Whether the rig or the object moved while a station's patterns were shown.
+//
+// A pattern and its inverse add up to the scene under full light, whatever the pattern: the sums of all pairs should be
+// one image. Motion shows in them as shifts of whatever has edges. Each block of a sum is compared with the same block
+// of the sum before it and of the first, by least squares for a shift and a change of light (Lucas & Kanade 1981); only
+// the component along the block's main gradient counts. Where nothing in view has edges, motion cannot be seen, and
+// orientations without inverses say nothing.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "datasets/finding.h"
+#include "datasets/sequence_check.h"
+
+namespace crumple {
+
+// Warning: something moved by 0.15 px or more between two pairs, or crept as far over several; error: by 0.7 px or
+// more. The frames are named. Those without an image are passed over; `full_scale` as in SequenceSetup.
+std::vector<Finding> check_motion(const std::vector<ShownFrame>& frames, double full_scale, const std::string& where);
+
+// How far `to` is shifted against `from` where it is: the median over the blocks that moved, px; 0 where too few did.
+double shift_between(const cv::Mat1f& from, const cv::Mat1f& to);
+
+}  // namespace crumple

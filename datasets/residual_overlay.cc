@@ -1,0 +1,65 @@
+#include "datasets/residual_overlay.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/grey_image.h"
+
+namespace crumple {
+namespace {
+
+constexpr double kDimmed = 0.55;
+constexpr double kArrowOfWidth = 1.0 / 60;
+constexpr int kSubpixelBits = 4;
+
+// OpenCV's fixed-point pixels, for lines that begin and end between pixels.
+cv::Point fixed(const Eigen::Vector2d& pixel) {
+  constexpr double scale = 1 << kSubpixelBits;
+  const Eigen::Vector2d bounded = pixel.cwiseMax(-1e5).cwiseMin(1e5);
+  return {static_cast<int>(std::lround(scale * bounded.x())), static_cast<int>(std::lround(scale * bounded.y()))};
+}
+
+void draw_arrow(cv::Mat& canvas, const Eigen::Vector2d& from, const Eigen::Vector2d& along, const cv::Scalar& colour,
+                int thickness) {
+  cv::line(canvas, fixed(from), fixed(from + along), colour, thickness, cv::LINE_AA, kSubpixelBits);
+  cv::circle(canvas, fixed(from), (thickness + 1) << kSubpixelBits, colour, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+}
+
+}  // namespace
+
+double enlargement_for(double sigma_px, int image_width_px) {
+  const double wanted = kArrowOfWidth * image_width_px / std::max(sigma_px, 1e-6);
+  const double decade = std::pow(10, std::floor(std::log10(std::max(wanted, 1.0))));
+  const double digit = wanted / decade;
+  return decade * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1);
+}
+
+cv::Mat residual_overlay(const cv::Mat& image, const std::vector<ResidualArrow>& arrows, double enlargement,
+                         double sigma_px, const std::string& title) {
+  const cv::Scalar good(90, 230, 90), bad(60, 60, 255), ink(255, 255, 255), paper(0, 0, 0);
+  cv::Mat canvas;
+  cv::cvtColor(to_8_bit(image) * kDimmed, canvas, cv::COLOR_GRAY2BGR);
+  const int thickness = std::max(1, image.cols / 1000);
+  for (const ResidualArrow& arrow : arrows) {
+    draw_arrow(canvas, arrow.pixel, enlargement * arrow.residual_px, arrow.accepted ? good : bad, thickness);
+  }
+  const double text_scale = std::max(0.4, image.cols / 1800.0);
+  const int line_px = static_cast<int>(30 * text_scale);
+  cv::rectangle(canvas, {0, 0}, {canvas.cols - 1, 2 * line_px + line_px / 2}, paper, cv::FILLED);
+  const auto write = [&](const std::string& text, int line) {
+    cv::putText(canvas, text, {line_px / 2, line * line_px}, cv::FONT_HERSHEY_SIMPLEX, text_scale, ink, thickness,
+                cv::LINE_AA);
+  };
+  write(title, 1);
+  const std::string legend = fmt::format("residuals x {:g}; the line is one sigma, {:.3f} px:", enlargement, sigma_px);
+  write(legend, 2);
+  const int width = cv::getTextSize(legend, cv::FONT_HERSHEY_SIMPLEX, text_scale, thickness, nullptr).width;
+  draw_arrow(canvas, Eigen::Vector2d(1.3 * line_px + width, 1.75 * line_px), {enlargement * sigma_px, 0}, ink,
+             thickness);
+  return canvas;
+}
+
+}  // namespace crumple

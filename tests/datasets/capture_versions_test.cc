@@ -1,0 +1,84 @@
+// One description of every version of crumple-capture that ever was, in tests/data/captures.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "datasets/capture.h"
+#include "tests/temporary_folder.h"
+
+namespace crumple {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::filesystem::path fixture(int version) {
+  return std::filesystem::path(CRUMPLE_SOURCE_DIR) /
+         ("tests/data/captures/version_" + std::to_string(version) + ".yaml");
+}
+
+TEST(CaptureVersions, OneIsRead) {
+  const auto capture = read_capture(fixture(1));
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_EQ(capture->schema, 1);
+  ASSERT_EQ(capture->boards.size(), 1U);
+  EXPECT_EQ(capture->boards[0].name, "board");
+  EXPECT_EQ(capture->boards[0].target.kind, TargetKind::chessboard);
+  EXPECT_FALSE(capture->boards[0].certificate);
+  EXPECT_THAT(capture->stations[0].boards, ElementsAre(0));
+  EXPECT_TRUE(capture->stations[1].boards.empty());
+  EXPECT_EQ(capture->frames.size(), 43U);
+  EXPECT_TRUE(capture->exclusion("a", "left"));
+}
+
+TEST(CaptureVersions, TwoIsRead) {
+  const auto capture = read_capture(fixture(2));
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_EQ(capture->schema, 2);
+  EXPECT_EQ(capture->record.operator_name, "A. Surveyor");
+  EXPECT_EQ(capture->record.temperature->celsius, 22.5);
+  EXPECT_EQ(capture->sensors[0].serial, "C-0815");
+  ASSERT_EQ(capture->boards.size(), 3U);
+  const BoardSpec& large = capture->boards[0];
+  EXPECT_EQ(large.name, "large");
+  EXPECT_EQ(large.target.kind, TargetKind::charuco);
+  EXPECT_EQ(large.target.mark_mm, 18);
+  EXPECT_EQ(large.certificate->pitch_sigma_mm, 0.002);
+  EXPECT_EQ(*large.certificate->expansion_per_k, 9e-6);
+  EXPECT_EQ(capture->boards[1].target.first_id, 100);
+  EXPECT_TRUE(capture->boards[2].target.staggered);
+  EXPECT_THAT(capture->stations[0].boards, ElementsAre(0, 1, 2));
+  EXPECT_TRUE(capture->stations[1].boards.empty());
+  EXPECT_THAT(capture->stations[2].boards, ElementsAre(0, 2));
+}
+
+std::string error_with(const std::string& old_text, const std::string& new_text) {
+  std::string text = content_of(fixture(2));
+  const std::size_t at = text.find(old_text);
+  EXPECT_NE(at, std::string::npos) << old_text;
+  text.replace(at, old_text.size(), new_text);
+  const auto capture = parse_capture(text, "v2.yaml");
+  return capture ? "" : capture.error().message;
+}
+
+TEST(CaptureVersions, AKeyNeedsItsVersion) {
+  EXPECT_THAT(error_with("crumple-capture/2", "crumple-capture/1"), HasSubstr("schema: has no `operator` yet"));
+  EXPECT_THAT(error_with("crumple-capture/2", "crumple-capture/3"), HasSubstr("must be crumple-capture/2 or"));
+}
+
+TEST(CaptureVersions, BoardsAreChecked) {
+  EXPECT_THAT(error_with("dictionary: 5X5_100", "dictionary: 5X5_99"), HasSubstr("`5X5_99` is no dictionary"));
+  EXPECT_THAT(error_with("marker_mm: 18", "marker_mm: 25"), HasSubstr("leave 0.00 mm of white"));
+  EXPECT_THAT(error_with("first_id: 100", "first_id: 580"), HasSubstr("has 0 to 586"));
+  EXPECT_THAT(error_with("diameter_mm: 14", "diameter_mm: 29"), HasSubstr("they may be up to"));
+  EXPECT_THAT(error_with("pitch_sigma_mm: 0.002", "pitch_sigma_mm: 0"), HasSubstr("pitch_sigma_mm"));
+  EXPECT_THAT(error_with("boards: [large, spots]", "boards: [huge]"), HasSubstr("there is no board `huge`"));
+  EXPECT_THAT(error_with("temperature_sigma_k: 0.5\n", ""), HasSubstr("temperature_sigma_k"));
+  EXPECT_THAT(
+      error_with(
+          "kind: apriltag, markers: [5, 4], pitch_mm: 40, marker_mm: 32, dictionary: APRILTAG_36h11, first_id: 100",
+          "kind: apriltag, markers: [5, 4], pitch_mm: 40, marker_mm: 32, dictionary: 5X5_100, first_id: 20"),
+      HasSubstr("has markers in common with `large`"));
+}
+
+}  // namespace
+}  // namespace crumple
