@@ -70,7 +70,7 @@ TEST(Prior, RefusesWhatIsNoCovariance) {
 
 // With one parameter's prior added, C' = C - c c' / (sigma^2 + C_ii) and the estimate moves by c / (sigma^2 + C_ii).
 TEST(Prior, CountsAsOneObservationInSolveAndCovariance) {
-  const Synthetic made = make_synthetic({.placements = 12, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.1});
+  const Synthetic made = make_synthetic({.corner_sigma_px = 0.1, .stripe_sigma_px = 0.1, .feature_sigma_px = 0.1});
   BundleOptions options{.reject_outliers = false, .minimum_redundancy = 1e9};  // sigma as given, so that it stays
   options.prior_sigma_px = 0.1;
   const auto free = refine(made.truth, made.observations, options);
