@@ -200,8 +200,8 @@ TEST(BoardCheck, NoticesABoardTheProjectorDoesNotLight) {
 
 TEST(BoardCheck, WarnsWhereNoBoardIsFound) {
   const cv::Mat grey(300, 400, CV_8U, cv::Scalar(90));
-  const auto findings =
-      check_board({{{FrameContent::Kind::ambient, 0, 0, false}, "a.png", grey}}, {8, 5, 10, {0, 0}}, 255, "here");
+  const auto findings = check_board({{{FrameContent::Kind::ambient, 0, 0, false}, "a.png", grey}},
+                                    {"board", {8, 5, 10}, {}}, 255, "here");
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].severity, Severity::warning);
   EXPECT_THAT(findings[0].sentence, HasSubstr("the board is not found in a.png"));
