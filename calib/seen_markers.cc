@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <opencv2/aruco.hpp>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "calib/dictionary.h"
 #include "solvers/closed_form/homography.h"
@@ -21,6 +22,8 @@ using Corners = std::array<Eigen::Vector2d, 4>;
 constexpr double kAstray = 0.3;
 constexpr double kLeastInPlace = 0.6;  // share of the markers
 constexpr double kSideTolerance = 0.2;
+constexpr double kSameOutline =
+    0.25;  // of a side: further apart, or of another size by more, it is not the same marker's
 
 double side_px(const Corners& corners) {
   double sum = 0;
@@ -28,19 +31,63 @@ double side_px(const Corners& corners) {
   return sum / 4;
 }
 
-// Every marker of the dictionary, by number; those seen twice are left out, for one of the two is wrong.
-std::map<int, Corners> read_markers(const cv::Mat& image8, const std::string& dictionary) {
-  std::vector<std::vector<cv::Point2f>> quads;
+Eigen::Vector2d centre_of(const Corners& corners) { return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]); }
+
+Corners corners_of(const std::vector<cv::Point2f>& quad) {
+  Corners corners;
+  for (std::size_t k = 0; k < 4; ++k) corners[k] = {quad[k].x, quad[k].y};
+  return corners;
+}
+
+struct FoundQuads {
+  std::map<int, Corners> read;    // by number; those seen twice are left out, for one of the two is wrong
+  std::vector<Corners> outlines;  // of all that might be a marker, read or not
+};
+
+FoundQuads find_quads(const cv::Mat& image8, const std::string& dictionary) {
+  std::vector<std::vector<cv::Point2f>> quads, rejected;
   std::vector<int> ids;
   cv::aruco::detectMarkers(image8, cv::aruco::getPredefinedDictionary(dictionary_number(dictionary).value()), quads,
-                           ids);
-  std::map<int, Corners> markers;
+                           ids, cv::aruco::DetectorParameters::create(), rejected);
+  FoundQuads found;
   std::map<int, int> times;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     ++times[ids[i]];
-    for (std::size_t k = 0; k < 4; ++k) markers[ids[i]][k] = {quads[i][k].x, quads[i][k].y};
+    found.read[ids[i]] = corners_of(quads[i]);
+    found.outlines.push_back(found.read[ids[i]]);
   }
-  std::erase_if(markers, [&](const auto& entry) { return times[entry.first] > 1; });
+  for (const auto& quad : rejected) found.outlines.push_back(corners_of(quad));
+  std::erase_if(found.read, [&](const auto& entry) { return times[entry.first] > 1; });
+  return found;
+}
+
+// Where the corners of a grid's markers touch the squares in the gaps, a marker's outline runs into theirs. Eating into
+// the dark by a pixel parts them, but may spoil the code: so the number is read before, and the outline taken after.
+std::map<int, Corners> read_touching_markers(const cv::Mat& image8, const std::string& dictionary) {
+  std::map<int, Corners> markers = find_quads(image8, dictionary).read;
+  cv::Mat parted;
+  cv::dilate(image8, parted, cv::Mat::ones(3, 3, CV_8U));
+  const std::vector<Corners> outlines = find_quads(parted, dictionary).outlines;
+  for (auto& [id, corners] : markers) {
+    const Corners* nearest = nullptr;
+    double least = kSameOutline * side_px(corners);
+    for (const Corners& outline : outlines) {
+      const double apart =
+          (centre_of(outline) - centre_of(corners)).norm() + std::abs(side_px(outline) + 2 - side_px(corners));
+      if (apart > least) continue;
+      nearest = &outline;
+      least = apart;
+    }
+    if (nearest == nullptr) continue;
+    const Eigen::Vector2d centre = centre_of(*nearest);
+    for (Eigen::Vector2d& corner : corners) {
+      const Eigen::Vector2d there =
+          *std::min_element(nearest->begin(), nearest->end(), [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+            return (a - corner).norm() < (b - corner).norm();
+          });
+      corner = there + M_SQRT2 * (there - centre).normalized();
+    }
+  }
   return markers;
 }
 
@@ -91,7 +138,7 @@ double relative_side(const std::vector<SeenMarker>& seen, const std::vector<Targ
   Points2d centres_mm, centres;
   for (const SeenMarker& marker : seen) {
     centres_mm.emplace_back(markers[marker.index].low_mm + Eigen::Vector2d::Constant(mark_mm / 2));
-    centres.push_back(0.25 * (marker.corners[0] + marker.corners[1] + marker.corners[2] + marker.corners[3]));
+    centres.push_back(centre_of(marker.corners));
   }
   const auto h = homography(centres_mm, centres);
   if (!h) return 1;
@@ -109,7 +156,9 @@ double relative_side(const std::vector<SeenMarker>& seen, const std::vector<Targ
 }  // namespace
 
 Expected<std::vector<SeenMarker>> see_markers(const cv::Mat& image8, const Target& target) {
-  const std::map<int, Corners> read = read_markers(image8, target.dictionary);
+  const std::map<int, Corners> read = target.kind == TargetKind::apriltag
+                                          ? read_touching_markers(image8, target.dictionary)
+                                          : find_quads(image8, target.dictionary).read;
   const std::vector<TargetMarker> markers = markers_of(target);
   std::vector<SeenMarker> seen;
   for (std::size_t i = 0; i < markers.size(); ++i) {
