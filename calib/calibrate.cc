@@ -34,6 +34,25 @@ void add_lens_priors(const CalibrationState& start, BundleOptions& options) {
   for (Prior& prior : lens_priors(start)) options.priors.push_back(std::move(prior));
 }
 
+// Holds distortion to what lenses have. Few corners in the middle of the image leave the high orders free, and a
+// polynomial that folds near the image's edge has no ray for what the projector shows there.
+Expected<void> add_start_priors(const CalibrationState& start, BundleOptions& options) {
+  constexpr int kCore = 4;
+  constexpr double kDistortionSigma = 0.2;
+  for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
+    const Lens& lens = start.rig.sensors[s].lens;
+    if (lens.model().rfind("LENSMODEL_OPENCV", 0) != 0) continue;
+    std::vector<PriorTerm> terms;
+    for (int row = kCore; row < lens.parameter_count(); ++row) terms.push_back({{BlockId::Kind::lens, s}, row});
+    const auto count = static_cast<Eigen::Index>(terms.size());
+    auto prior = Prior::create(start.rig.sensors[s].name + ".start", std::move(terms), start,
+                               kDistortionSigma * kDistortionSigma * Eigen::MatrixXd::Identity(count, count));
+    if (!prior) return tl::unexpected(prior.error());
+    options.priors.push_back(std::move(*prior));
+  }
+  return {};
+}
+
 // The cameras alone, refined: the projector's start wants lenses and board poses that are right to a fraction of a
 // pixel.
 Expected<CalibrationState> start_cameras(const CalibrationData& data, BundleOptions options) {
@@ -41,6 +60,7 @@ Expected<CalibrationState> start_cameras(const CalibrationData& data, BundleOpti
   if (!state) return state;
   Observations corners{data.observations.placement_count, data.observations.corners, {}, {}};
   add_lens_priors(*state, options);
+  if (const auto added = add_start_priors(*state, options); !added) return tl::unexpected(added.error());
   auto refined = refine(*state, corners, options);
   if (!refined) return tl::unexpected(refined.error());
   return std::move(refined->state);
