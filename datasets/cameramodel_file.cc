@@ -18,17 +18,19 @@ Expected<const nlohmann::json*> member(const nlohmann::json& model, const std::s
   return &*found;
 }
 
-// A list of finite numbers; any count where `count` is 0.
+constexpr double largest = 1e12;  // keeps what is computed from a number finite
+
+// A list of numbers; any count where `count` is 0.
 Expected<std::vector<double>> numbers(const nlohmann::json& model, const std::string& key, std::size_t count) {
   const auto list = member(model, key);
   if (!list) return tl::unexpected(list.error());
   std::vector<double> values;
   if ((*list)->is_array())
     for (const nlohmann::json& item : **list)
-      if (item.is_number() && std::isfinite(item.get<double>())) values.push_back(item.get<double>());
+      if (item.is_number() && std::abs(item.get<double>()) <= largest) values.push_back(item.get<double>());
   if (!(*list)->is_array() || values.size() != (*list)->size() || (count != 0 && values.size() != count))
-    return fail(
-        fmt::format("'{}' has to be a list of {}finite numbers", key, count == 0 ? "" : std::to_string(count) + " "));
+    return fail(fmt::format("'{}' has to be a list of {}numbers of at most {:g}", key,
+                            count == 0 ? "" : std::to_string(count) + " ", largest));
   return values;
 }
 

@@ -22,8 +22,8 @@ std::string cameramodel_text(const CameraModel& model);
 Expected<CameraModel> parse_cameramodel(const std::string& text);
 
 Expected<void> write_cameramodel(const std::filesystem::path& file, const CameraModel& model);
-// Fails on a missing file or key, a number that is not finite, and a lens model that Lens does not know, naming the
-// file and the key. Keys that do not matter here (valid_intrinsics_region, optimization_inputs) are ignored.
+// Fails on a missing file or key, a number that is not finite or beyond 1e12, and a lens model that Lens does not know,
+// naming the file and the key. Keys that do not matter here (valid_intrinsics_region, optimization_inputs) are ignored.
 Expected<CameraModel> read_cameramodel(const std::filesystem::path& file);
 
 }  // namespace crumple

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <unordered_set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,15 +19,11 @@
 namespace crumple {
 namespace {
 
+constexpr std::size_t kMostImages = 1000000;  // of one camera
+
 // Every version that was ever written is read. Version 2 added keys and changed none, so a description of version 1 is
 // one of version 2; it must not use the newer keys, for its version says which programs understand it.
 const std::vector<std::string> kSchemas = {"crumple-capture/2", "crumple-capture/1"};  // the newest first
-
-// Station names end up in file names, of images and of results.
-bool is_station_name(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." &&
-         std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= 0x20 && c != '/' && c != '\\'; });
-}
 
 // Where each camera's `files` stands, for what can only be checked once frames and stations are known.
 using FilesValues = std::map<std::string, YamlValue>;
@@ -156,7 +153,10 @@ Station read_station(const YamlValue& value, const Capture& capture) {
     YamlMap map = value.map();
     if (const auto id = map.require("id", "the station's name")) station.id = id->text();
     read_boards_in_view(map, capture, station);
-    if (const auto name = map.find("name_in_files")) station.name_in_files = name->text();
+    if (const auto name = map.find("name_in_files")) {
+      station.name_in_files = name->text();
+      if (!stays_below(station.name_in_files)) name->problem("is a path that stays below the image folder");
+    }
     map.finish();
   }
   if (!station.id.empty() && !is_station_name(station.id)) {
@@ -215,7 +215,10 @@ void read_exclusions(const YamlValue& value, Capture& capture) {
 }
 
 void read_frame_names(const YamlValue& value, Capture& capture) {
-  for (const YamlValue& item : value.list()) capture.frame_names.push_back(item.text());
+  for (const YamlValue& item : value.list()) {
+    capture.frame_names.push_back(item.text());
+    if (!stays_below(capture.frame_names.back())) item.problem("is a path that stays below the image folder");
+  }
   if (capture.frame_names.size() != capture.frames.size()) {
     value.problem(fmt::format("has {} names for {} frames: give one for each, in their order, none for unused ones",
                               capture.frame_names.size(), capture.frames.size()));
@@ -276,7 +279,30 @@ std::string newer_keys(const Capture& capture) {
   return {};
 }
 
-void read_root(const YamlValue& root, Capture& capture) {
+// What the templates alone do not show: "{station}{frame}" takes station 1's frame 12 for station 11's frame 2.
+void check_image_names(const FilesValues& files_values, const Capture& capture) {
+  std::unordered_set<std::string> seen;
+  for (const auto& [camera, value] : files_values) {
+    if (capture.stations.size() > kMostImages / capture.frames.size()) {
+      return value.problem(fmt::format("stands for more than {} images: split the capture", kMostImages));
+    }
+    const FileNaming& naming = capture.files.at(camera);
+    const FileTemplate names = *FileTemplate::parse(naming.path_template);
+    for (const Station& station : capture.stations) {
+      const std::string& in_files = station.name_in_files.empty() ? station.id : station.name_in_files;
+      for (std::size_t i = 0; i < capture.frames.size(); ++i) {
+        const std::string frame_name = capture.frame_names.empty() ? "" : capture.frame_names[i];
+        const std::string name =
+            names.expand({in_files, camera, naming.frame_offset + capture.frame_numbers[i], frame_name});
+        if (seen.insert(name).second) continue;
+        return value.problem(
+            fmt::format("names two images {}: set the placeholders apart, as in {{station}}_{{frame}}", name));
+      }
+    }
+  }
+}
+
+FilesValues read_root(const YamlValue& root, Capture& capture) {
   YamlMap map = root.map();
   const auto schema = map.require("schema", "write `schema: " + kSchemas.front() + "`");
   if (schema) {
@@ -305,6 +331,7 @@ void read_root(const YamlValue& root, Capture& capture) {
     }
   }
   map.finish();
+  return files_values;
 }
 
 }  // namespace
@@ -314,7 +341,8 @@ Expected<Capture> parse_capture(const std::string& text, const std::string& file
   if (!document) return tl::unexpected(document.error());
   YamlProblems problems(file_name);
   Capture capture;
-  read_root(YamlValue(*document, "", &problems), capture);
+  const FilesValues files_values = read_root(YamlValue(*document, "", &problems), capture);
+  if (!problems.error()) check_image_names(files_values, capture);
   if (auto error = problems.error()) return tl::unexpected<Error>(*error);
   return capture;
 }

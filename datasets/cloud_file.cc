@@ -218,7 +218,8 @@ class PointReader {
 
   bool has_positions() const { return position_[0].exists() && position_[1].exists() && position_[2].exists(); }
 
-  CloudPoint operator()(const char* vertex) const {
+  // No value where a number is not finite.
+  std::optional<CloudPoint> operator()(const char* vertex) const {
     CloudPoint point;
     point.position_mm = {position_[0](vertex), position_[1](vertex), position_[2](vertex)};
     point.normal = {normal_[0].real(vertex), normal_[1].real(vertex), normal_[2].real(vertex)};
@@ -228,8 +229,10 @@ class PointReader {
       const auto [row, column] = covariance_terms[i];
       point.covariance_mm2(row, column) = point.covariance_mm2(column, row) = covariance_[i].real(vertex);
     }
-    point.station = static_cast<std::uint16_t>(std::clamp(station_(vertex), 0.0, 65535.0));
     point.quality = quality_.real(vertex);
+    const double station = station_(vertex);
+    if (!std::isfinite(station) || !is_finite(point)) return std::nullopt;
+    point.station = static_cast<std::uint16_t>(std::clamp(station, 0.0, 65535.0));
     return point;
   }
 
@@ -248,11 +251,11 @@ Expected<Cloud> read_points(std::istream& stream, std::uintmax_t file_size, cons
   std::string vertex(header.stride, '\0');
   for (std::size_t i = 0; i < header.count; ++i) {
     if (!stream.read(vertex.data(), static_cast<std::streamsize>(vertex.size()))) return fail("it is cut short");
-    cloud.points.push_back(reader(vertex.data()));
-    const CloudPoint& point = cloud.points.back();
-    if (!is_finite(point)) return fail(fmt::format("point {} has a number that is not finite", i));
-    if (!cloud.stations.empty() && point.station >= cloud.stations.size())
-      return fail(fmt::format("point {} belongs to station {}, which has no name", i, point.station));
+    const auto point = reader(vertex.data());
+    if (!point) return fail(fmt::format("point {} has a number that is not finite", i));
+    if (!cloud.stations.empty() && point->station >= cloud.stations.size())
+      return fail(fmt::format("point {} belongs to station {}, which has no name", i, point->station));
+    cloud.points.push_back(*point);
   }
   return cloud;
 }
@@ -275,14 +278,18 @@ Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud
   });
 }
 
+Expected<Cloud> read_cloud(std::istream& stream, std::uintmax_t size) {
+  const auto header = read_header(stream);
+  return header ? read_points(stream, size, *header) : tl::unexpected(header.error());
+}
+
 Expected<Cloud> read_cloud(const std::filesystem::path& file) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   std::ifstream stream(file, std::ios::binary);
   if (error || !stream)
     return fail(fmt::format("{} could not be read: {}.", file.string(), error ? error.message() : "no access"));
-  const auto header = read_header(stream);
-  auto cloud = header ? read_points(stream, size, *header) : tl::unexpected(header.error());
+  auto cloud = read_cloud(stream, size);
   if (!cloud) return fail(fmt::format("{}: {}", file.string(), cloud.error().message));
   return cloud;
 }

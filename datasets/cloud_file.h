@@ -4,7 +4,9 @@
 // (mm^2), quality; ushort station. Comments state the schema, the frame, the units and the stations' ids in order.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <iosfwd>
 
 #include "recon/cloud.h"
 #include "solvers/expected.h"
@@ -20,5 +22,7 @@ Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud
 // big-endian files, lists among the vertex properties, a file that is too short, a number that is not finite, and a
 // station without an id.
 Expected<Cloud> read_cloud(const std::filesystem::path& file);
+// The same from a stream that holds `size` bytes; errors name no file.
+Expected<Cloud> read_cloud(std::istream& stream, std::uintmax_t size);
 
 }  // namespace crumple

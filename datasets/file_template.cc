@@ -29,6 +29,13 @@ bool leaves_folder(const std::string& text) {
 
 }  // namespace
 
+bool stays_below(const std::string& text) {
+  const std::filesystem::path path(text);
+  return !path.is_absolute() && std::none_of(path.begin(), path.end(), [](const std::filesystem::path& part) {
+    return !part.empty() && part.native().find_first_not_of('.') == std::string::npos;
+  });
+}
+
 Expected<FileTemplate> FileTemplate::parse(const std::string& text) {
   if (leaves_folder(text)) {
     return fail("must stay below the image folder: no leading / and no `..`; name the folder in `images` instead");

@@ -18,6 +18,10 @@ struct FileTemplateValues {
   std::string frame_name;
 };
 
+// Whether {station} or {frame_name} may stand for this text: a relative path without parts that are dots alone, which,
+// joined to the template's own text, could lead out of the folder.
+bool stays_below(const std::string& text);
+
 class FileTemplate {
  public:
   // Fails on an unknown placeholder, an odd brace, an absolute path and on "..".

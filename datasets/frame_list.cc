@@ -16,6 +16,7 @@ namespace {
 using Kind = FrameContent::Kind;
 
 constexpr std::size_t kMostFrames = 10000;
+constexpr int kLargestNumber = 1000000;
 
 const std::map<std::string, Kind>& plain_kinds() {
   static const std::map<std::string, Kind> kinds = {
@@ -27,6 +28,7 @@ const std::map<std::string, Kind>& plain_kinds() {
 class FrameAppender {
  public:
   explicit FrameAppender(Capture& capture) : capture_(capture) {}
+  int next_number() const { return next_number_; }
   void skip(int count) { next_number_ += count; }
   void add(const FrameContent& content) {
     capture_.frames.push_back(content);
@@ -194,6 +196,10 @@ void read_frames(const YamlValue& value, Capture& capture) {
     all_told = read_item(item, capture, frames) && all_told;
     if (capture.frames.size() > kMostFrames) {
       value.problem(fmt::format("has more than {} frames", kMostFrames));
+      return;
+    }
+    if (frames.next_number() > kLargestNumber) {
+      value.problem(fmt::format("counts to more than {}: list fewer unused images", kLargestNumber));
       return;
     }
   }

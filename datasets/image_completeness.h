@@ -1,6 +1,6 @@
 // Whether an image file is whole. Decoders fill what a truncated file lacks with grey and at most print a warning, so
 // the end is looked for in the bytes themselves: PNG's IEND chunk, JPEG's end-of-image marker, the extent of a BMP's,
-// PGM's or TIFF's pixel data.
+// PGM's or TIFF's pixel data. A header that states more pixels than the file's bytes can hold is found here too.
 #pragma once
 
 #include <optional>

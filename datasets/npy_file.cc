@@ -38,6 +38,8 @@ Expected<Layout> read_layout(const std::string& header) {
   return Layout{shape[0].get<std::size_t>(), shape[1].get<std::size_t>(), fortran.get<bool>()};
 }
 
+}  // namespace
+
 Expected<Eigen::MatrixXd> parse_npy(const std::string& bytes) {
   if (bytes.size() < preamble_size || bytes.compare(0, magic.size(), magic) != 0)
     return fail("it is not a .npy file of version 1.0");
@@ -61,8 +63,6 @@ Expected<Eigen::MatrixXd> parse_npy(const std::string& bytes) {
   if (!result.allFinite()) return fail("it holds a number that is not finite");
   return result;
 }
-
-}  // namespace
 
 Expected<void> write_npy(const std::filesystem::path& file, const Eigen::MatrixXd& matrix) {
   std::string header =

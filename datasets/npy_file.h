@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include <Eigen/Core>
 
@@ -15,5 +16,7 @@ Expected<void> write_npy(const std::filesystem::path& file, const Eigen::MatrixX
 // Takes float64 matrices (two dimensions, either order). Fails, naming the file, on other types and shapes, on a file
 // that is too short or too long, and on a number that is not finite.
 Expected<Eigen::MatrixXd> read_npy(const std::filesystem::path& file);
+// The same from memory; errors name no file.
+Expected<Eigen::MatrixXd> parse_npy(const std::string& bytes);
 
 }  // namespace crumple

@@ -10,6 +10,7 @@
 #include "datasets/npy_file.h"
 #include "datasets/output_folder.h"
 #include "datasets/yaml_reader.h"
+#include "datasets/yaml_text.h"
 #include "datasets/yaml_values.h"
 
 namespace crumple {
@@ -24,15 +25,6 @@ constexpr double largest = 1e12;  // bounds every number of rig.yaml
 // Rounding between a quaternion and the rotation vector in the .cameramodel, and of a quaternion's length.
 constexpr double rounding = 1e-9;
 
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + "\"";
-}
-
 std::string description(const Rig& rig) {
   std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", schema);
   for (const Sensor& sensor : rig.sensors) {
@@ -41,15 +33,15 @@ std::string description(const Rig& rig) {
     text += fmt::format(
         "  - name: {}\n    kind: {}\n    size_px: [{}, {}]\n    lens_model: {}\n    file: {}\n"
         "    sensor_from_probe:\n      quaternion_wxyz: [{}, {}, {}, {}]\n      translation_mm: [{}, {}, {}]\n",
-        quoted(sensor.name), sensor.kind == SensorKind::camera ? "camera" : "projector", sensor.lens.size().width_px,
-        sensor.lens.size().height_px, sensor.lens.model(), quoted(sensor.name + ".cameramodel"), q.w(), q.x(), q.y(),
-        q.z(), t.x(), t.y(), t.z());
+        yaml_quoted(sensor.name), sensor.kind == SensorKind::camera ? "camera" : "projector",
+        sensor.lens.size().width_px, sensor.lens.size().height_px, sensor.lens.model(),
+        yaml_quoted(sensor.name + ".cameramodel"), q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
   }
   if (!rig.sigma_px.empty()) text += "sigma_px:\n";
-  for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", quoted(group), sigma_px);
+  for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", yaml_quoted(group), sigma_px);
   if (rig.covariance.names.empty()) return text;
   text += fmt::format("covariance:\n  file: {}\n  rows:\n", covariance_name);
-  for (const std::string& name : rig.covariance.names) text += fmt::format("    - {}\n", quoted(name));
+  for (const std::string& name : rig.covariance.names) text += fmt::format("    - {}\n", yaml_quoted(name));
   return text;
 }
 
@@ -80,6 +72,7 @@ Expected<void> check_covariance(const RigCovariance& covariance) {
 }
 
 Expected<void> check_rig(const Rig& rig) {
+  if (rig.sensors.empty()) return fail("A rig without sensors cannot be written.");
   std::set<std::string> names;
   for (const Sensor& sensor : rig.sensors)
     if (auto sound = check_sensor(sensor, names); !sound) return sound;
@@ -145,6 +138,12 @@ SensorEntry read_sensor(const YamlValue& value) {
   return entry;
 }
 
+double read_sigma(const YamlValue& value) {
+  const double sigma_px = value.positive_number();
+  if (sigma_px >= largest) value.problem(fmt::format("must be below {:g}", largest));
+  return sigma_px;
+}
+
 struct RigEntries {
   std::vector<SensorEntry> sensors;
   std::map<std::string, double> sigma_px;
@@ -177,10 +176,12 @@ Expected<RigEntries> read_description(const fs::path& file) {
     if (const auto angle = unit_map.require("angle", "rad")) angle->one_of({"rad"});
     unit_map.finish();
   }
-  if (const auto sensors = map.require("sensors", "the list of sensors"))
+  if (const auto sensors = map.require("sensors", "the list of sensors")) {
     for (const YamlValue& sensor : sensors->list()) entries.sensors.push_back(read_sensor(sensor));
+    if (entries.sensors.empty()) sensors->problem("must list at least one sensor");
+  }
   if (const auto sigma = map.find("sigma_px"))
-    for (const auto& [group, value] : sigma->map().entries()) entries.sigma_px[group] = value.positive_number();
+    for (const auto& [group, value] : sigma->map().entries()) entries.sigma_px[group] = read_sigma(value);
   if (const auto covariance = map.find("covariance")) read_covariance_entry(*covariance, entries);
   map.finish();
   if (auto error = problems.error()) return tl::unexpected(*error);

@@ -155,7 +155,9 @@ SceneStation read_station(const YamlValue& value, const Scene& scene) {
   YamlMap map = value.map();
   SceneStation station;
   if (const auto id = map.require("id", "the station's name")) station.id = id->text();
-  if (station.id.find_first_of("/\\") != std::string::npos) value.problem("a station's id holds no slashes");
+  if (!station.id.empty() && !is_station_name(station.id)) {
+    value.problem("a station's id holds no slashes and is not . or ..");
+  }
   const auto board = map.find("board");
   const auto panel = map.find("panel");
   if (board.has_value() == panel.has_value()) {

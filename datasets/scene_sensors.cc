@@ -1,6 +1,5 @@
 #include "datasets/scene_sensors.h"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,18 +32,18 @@ Lens read_lens(const YamlValue& value, ImageSize size) {
     for (const YamlValue& item : distortion->list()) parameters.push_back(item.number(-100, 100));
   }
   map.finish();
-  const std::vector<std::string> names = lens_parameter_names(model);
-  if (parameters.size() > names.size() && !names.empty()) {
-    value.problem(fmt::format("{} takes at most {} distortion terms", model, names.size() - 4));
-    return placeholder_lens();
-  }
-  parameters.resize(std::max(parameters.size(), names.size()), 0.0);
-  auto lens = Lens::create(model, size, parameters);
+  const auto lens = Lens::undistorted(model, size, parameters[0], parameters[1], {parameters[2], parameters[3]});
   if (!lens) {
     value.problem(lens.error().message);
     return placeholder_lens();
   }
-  return *std::move(lens);
+  const auto count = static_cast<std::size_t>(lens->parameter_count());
+  if (parameters.size() > count) {
+    value.problem(fmt::format("{} takes at most {} distortion terms", model, count - 4));
+    return placeholder_lens();
+  }
+  parameters.resize(count, 0.0);
+  return lens->with_parameters(std::move(parameters));
 }
 
 Optics read_optics(YamlMap& map) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "datasets/target_yaml.h"
+#include "datasets/yaml_text.h"
 
 namespace crumple {
 namespace {
@@ -12,16 +13,6 @@ namespace {
 using Kind = FrameContent::Kind;
 
 constexpr double degree = std::numbers::pi / 180;
-
-// A double-quoted YAML text.
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c == '\n' ? ' ' : c;
-  }
-  return result + "\"";
-}
 
 std::string pose_text(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
@@ -34,7 +25,7 @@ std::string sensors_text(const Scene& scene) {
   std::string text = "sensors:\n";
   for (const Sensor& sensor : true_rig(scene).sensors) {
     const bool camera = sensor.kind == SensorKind::camera;
-    text += fmt::format("  {}:\n    kind: {}\n    size_px: [{}, {}]\n    lens: {}\n", sensor.name,
+    text += fmt::format("  {}:\n    kind: {}\n    size_px: [{}, {}]\n    lens: {}\n", yaml_quoted(sensor.name),
                         camera ? "camera" : "projector", sensor.lens.size().width_px, sensor.lens.size().height_px,
                         sensor.lens.model());
     if (camera) text += "    files: \"{station}/{sensor}/{frame:03}.png\"\n";
@@ -44,7 +35,7 @@ std::string sensors_text(const Scene& scene) {
 
 std::string patterns_text(const Scene& scene) {
   if (!scene.projector) return {};
-  std::string text = fmt::format("patterns:\n  projector: {}\n", scene.projector->sensor.name);
+  std::string text = fmt::format("patterns:\n  projector: {}\n", yaml_quoted(scene.projector->sensor.name));
   if (!scene.orientations.empty()) text += "  orientations:\n";
   for (const StripeOrientation& orientation : scene.orientations) {
     text += fmt::format("    - {{angle_deg: {}, stripe_width_px: {}, bits: {}, code_offset: {}, inverse: {}}}\n",
@@ -89,7 +80,7 @@ std::string stations_text(const Scene& scene) {
   std::string text = "stations:\n";
   for (const SceneStation& station : scene.stations) {
     const bool stray = scene.board && !station.board;  // a board is described, but it is not here
-    text += fmt::format("  - {{id: {}{}}}\n", quoted(station.id), stray ? ", board: false" : "");
+    text += fmt::format("  - {{id: {}{}}}\n", yaml_quoted(station.id), stray ? ", board: false" : "");
   }
   return text;
 }
@@ -97,7 +88,8 @@ std::string stations_text(const Scene& scene) {
 }  // namespace
 
 std::string capture_yaml(const Scene& scene) {
-  std::string text = fmt::format("schema: crumple-capture/2\ntitle: {}\n", quoted(scene.name)) + sensors_text(scene);
+  std::string text =
+      fmt::format("schema: crumple-capture/2\ntitle: {}\n", yaml_quoted(scene.name)) + sensors_text(scene);
   if (scene.board) {
     text += fmt::format("board: {{{}}}\n", target_yaml(scene.board->target()));
   }
@@ -112,7 +104,7 @@ std::string true_stations_yaml(const Scene& scene) {
   }
   text += "stations:\n";
   for (const SceneStation& station : scene.stations) {
-    text += fmt::format("  - id: {}\n    {}: {}\n", quoted(station.id),
+    text += fmt::format("  - id: {}\n    {}: {}\n", yaml_quoted(station.id),
                         station.board ? "probe_from_board" : "probe_from_panel", pose_text(station.probe_from_surface));
   }
   return text;

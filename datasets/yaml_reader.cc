@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <yaml-cpp/eventhandler.h>
 
 #include "datasets/nearest_name.h"
 
@@ -15,8 +17,45 @@ namespace {
 
 constexpr std::size_t kProblemsShown = 20;
 
+// An alias costs two characters and stands for any number of values: what the readers would walk through is counted
+// before they do. A value that contains itself never ends.
+constexpr std::size_t kMostValues = 200000;
+constexpr int kDeepest = 64;
+
+// Takes what `node` holds, aliases written out, off `left`; false where that is too much.
+bool is_bounded(const YAML::Node& node, int depth, std::size_t& left) {
+  if (depth > kDeepest || left == 0) return false;
+  --left;
+  if (!node.IsSequence() && !node.IsMap()) return true;
+  return std::all_of(node.begin(), node.end(), [&](const YAML::const_iterator::value_type& item) {
+    return node.IsMap() ? is_bounded(item.first, depth + 1, left) && is_bounded(item.second, depth + 1, left)
+                        : is_bounded(item, depth + 1, left);
+  });
+}
+
 // Quoted scalars carry the tag "!": a quoted 7 is a text, not a number.
 bool is_quoted(const YAML::Node& node) { return node.Tag() == "!"; }
+
+// Takes what a document holds and does nothing with it.
+class Ignore final : public YAML::EventHandler {
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// YAML::LoadAll would find empty documents without end in a text such as ", a".
+bool has_second_document(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  Ignore ignore;
+  return parser.HandleNextDocument(ignore) && parser.HandleNextDocument(ignore);
+}
 
 template <typename Number>
 std::optional<Number> parsed(const std::string& digits) {
@@ -61,10 +100,15 @@ std::optional<Error> YamlProblems::error() const {
 
 Expected<YAML::Node> parse_yaml(const std::string& text, const std::string& file_name) {
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.empty() || documents[0].IsNull()) return fail(file_name + ":1:1: the file is empty");
-    if (documents.size() > 1) return fail(file_name + ": more than one document (`---`): keep one to a file");
-    return documents[0];
+    const YAML::Node document = YAML::Load(text);
+    if (document.IsNull()) return fail(file_name + ":1:1: the file is empty");
+    if (has_second_document(text)) return fail(file_name + ": more than one document (`---`): keep one to a file");
+    std::size_t left = kMostValues;
+    if (!is_bounded(document, 0, left)) {
+      return fail(fmt::format("{}: holds more than {} values, or is nested deeper than {}: write it without aliases",
+                              file_name, kMostValues, kDeepest));
+    }
+    return document;
   } catch (const YAML::Exception& exception) {
     YamlProblems problems(file_name);
     problems.add(exception.mark, "", "not valid YAML: " + exception.msg);

@@ -34,7 +34,7 @@ class YamlProblems {
   std::vector<Problem> problems_;
 };
 
-// The one document of a text; fails on bad syntax, an empty text and more than one document.
+// The one document of a text; fails on bad syntax, an empty text, more than one document, and one that aliases blow up.
 Expected<YAML::Node> parse_yaml(const std::string& text, const std::string& file_name);
 
 class YamlMap;

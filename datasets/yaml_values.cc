@@ -53,6 +53,11 @@ bool is_plain_name(const std::string& name) {
   });
 }
 
+bool is_station_name(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= 0x20 && c != '/' && c != '\\'; });
+}
+
 ImageSize read_size_px(YamlMap& map) {
   const auto size = map.require("size_px", "[width, height]");
   if (!size) return {};

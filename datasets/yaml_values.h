@@ -24,6 +24,9 @@ Eigen::Matrix<double, N, 1> read_vector(const YamlValue& value, double lowest, d
 // 1 to 100 letters, digits, _ and -: what names that end up in file names and reports are made of.
 bool is_plain_name(const std::string& name);
 
+// Whether a station's id can be part of file names: any text without slashes and control characters, not . or ..
+bool is_station_name(const std::string& name);
+
 // size_px: [width, height]; 0 x 0 beside a problem.
 ImageSize read_size_px(YamlMap& map);
 

@@ -175,6 +175,7 @@ TEST(CameramodelFile, ErrorsNameTheKey) {
   EXPECT_THAT(message("639.5", "nan"), HasSubstr("nan"));
   EXPECT_THAT(message("639.5", "None"), HasSubstr("'intrinsics'"));
   EXPECT_THAT(message("-200", "'-200'"), HasSubstr("'extrinsics'"));
+  EXPECT_THAT(message("-200", "1e200"), HasSubstr("'extrinsics'"));
   EXPECT_THAT(message("'imagersize'", "'intrinsics'"), HasSubstr("given twice"));
   EXPECT_THAT(message("}", ""), HasSubstr("line"));
   EXPECT_THAT(read_cameramodel("/nonexistent").error().message, HasSubstr("/nonexistent"));

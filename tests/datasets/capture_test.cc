@@ -195,9 +195,17 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"ambient", "abmient", "abmient", "not `abmient`"},
         Mistake{"stations: [a", "stations: [b", "{id: b", "station `b` is listed twice"},
         Mistake{"stations: [a", "stations: [..", "..,", "holds no slashes"},
+        Mistake{"name_in_files: pose/3", "name_in_files: ../3", "../3", "stays below the image folder"},
+        Mistake{"name_in_files: pose/3", "name_in_files: /3", "/3}", "stays below the image folder"},
         Mistake{"name_in_files: pose/3", "name_in_files: a", "{id: c", "stands for another station's files"},
         Mistake{"exclude: [{station: b", "exclude: [{station: z", "z, sensor", "there is no station `z`"},
         Mistake{", reason: a hand was in view", "", "{station: b", "`reason` is missing"}));
+
+TEST(Capture, RefusesTwoImagesOfOneName) {
+  std::string text = with("{station}/{sensor}_{frame:03}", "{station}{frame}");
+  text.replace(text.find("stations: [a"), 12, "stations: [a, a1");
+  EXPECT_THAT(error_of(text), HasSubstr("names two images a11.png"));
+}
 
 TEST(Capture, ReportsAllMistakesAtOnce) {
   std::string text = with("pitch_mm: 30.5", "pitch_mm: none");
@@ -209,11 +217,28 @@ TEST(Capture, ReportsAllMistakesAtOnce) {
 
 TEST(Capture, SurvivesTextThatIsNoDescription) {
   for (const std::string text :
-       {"", "\n", "~", "3", "[1, 2]", "{", "a: *b", "&a [*a]", "---\na: 1\n---\nb: 2\n", "\xff\xfe", "? [1]: 2",
+       {"", "\n", "~", "3", "[1, 2]", "{", "a: *b", "&a [*a]", "---\na: 1\n---\nb: 2\n", "\xff\xfe", "? [1]: 2", ", a",
         "sensors: 3", "sensors: {cam: 3}", "frames: {a: b}", "stations: 7"}) {
     EXPECT_NE(error_of(text), "") << text;
   }
   EXPECT_NE(error_of(std::string(100000, '[')), "");
+}
+
+TEST(Capture, RefusesWhatAliasesBlowUp) {
+  EXPECT_THAT(error_of("a: &a [*a]"), HasSubstr("without aliases"));
+  std::string text = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
+  for (int i = 1; i < 20; ++i) {
+    const std::string below = "*a" + std::to_string(i - 1);
+    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + below + ", " + below + "]\n";
+  }
+  EXPECT_THAT(error_of(text), HasSubstr("more than 200000 values"));
+  EXPECT_EQ(error_of(with("size_px: [640, 480]", "size_px: &size [640, 480]")), "");
+}
+
+TEST(Capture, CountsImagesWithinBounds) {
+  std::string unused;
+  for (int i = 0; i < 22000; ++i) unused += "*u, ";
+  EXPECT_THAT(error_of(with("unused, ", "&u {unused: 100000}, " + unused)), HasSubstr("counts to more than 1000000"));
 }
 
 TEST(Capture, SaysWhereItLookedForFiles) {

@@ -1,6 +1,7 @@
 #include "datasets/cloud_file.h"
 
 #include <cmath>
+#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -107,6 +108,17 @@ TEST(CloudFile, RefusesANumberThatIsNotFinite) {
   ASSERT_FALSE(written);
   EXPECT_THAT(written.error().message, HasSubstr("point 7"));
   EXPECT_EQ(home.entries(), 0);
+}
+
+TEST(CloudFile, RefusesAStationThatIsNoNumber) {
+  const TemporaryFolder home;
+  std::string content =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty char x\nproperty char y\nproperty char z\n"
+      "property float station\nend_header\nxyz";
+  const float station = std::numeric_limits<float>::quiet_NaN();
+  content.append(reinterpret_cast<const char*>(&station), sizeof(station));
+  write_content(home / "c.ply", content);
+  EXPECT_THAT(read_cloud(home / "c.ply").error().message, HasSubstr("point 0 has a number that is not finite"));
 }
 
 }  // namespace

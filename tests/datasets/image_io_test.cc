@@ -104,6 +104,38 @@ TEST(ImageIo, NoticesDamageInsidePng) {
   EXPECT_THAT(decoded.error().message, HasSubstr("damaged"));
 }
 
+// 678 bytes made OpenCV allocate 2.7 GB, and 1128 bytes of run-length coded BMP kept it busy for seven seconds.
+TEST(ImageIo, RefusesHeadersThatStateMoreThanTheirBytesHold) {
+  const auto message_with = [](Bytes bytes, std::size_t at, const Bytes& size) {
+    std::copy(size.begin(), size.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    const auto decoded = decode_image(bytes, "frame");
+    return decoded ? "no error" : decoded.error().message;
+  };
+  const Bytes jpeg = encoded(".jpg", random_image(CV_8UC3, 10));
+  const Bytes frame_header = {0xFF, 0xC0};
+  const auto at = std::search(jpeg.begin(), jpeg.end(), frame_header.begin(), frame_header.end()) - jpeg.begin();
+  EXPECT_THAT(message_with(jpeg, static_cast<std::size_t>(at) + 5, {0x75, 0x30, 0x75, 0x30}),
+              HasSubstr("more pixels than its bytes can hold"));
+  Bytes bmp = encoded(".bmp", random_image(CV_8U, 11));
+  bmp[30] = 1;  // run-length coded
+  EXPECT_THAT(message_with(bmp, 18, {0, 0x7D, 0, 0, 0, 0x7D, 0, 0}), HasSubstr("more pixels than its bytes can hold"));
+  Bytes tiff = encoded(".tiff", random_image(CV_8U, 12));
+  ASSERT_EQ(tiff[0], 'I');
+  const std::size_t directory = tiff[4] + 256U * tiff[5];
+  for (std::size_t entry = directory + 2; entry < directory + 26; entry += 12) {  // the first two: width and height
+    tiff[entry + 8] = 0;
+    tiff[entry + 9] = 0x7D;
+  }
+  EXPECT_THAT(message_with(tiff, 0, {}), HasSubstr("more pixels than its bytes can hold"));
+}
+
+TEST(ImageIo, TakesBlankImagesHoweverWellTheyCompress) {
+  const cv::Mat blank = cv::Mat::zeros(2048, 2048, CV_8U);
+  for (const std::string extension : {".png", ".tiff", ".jpg"}) {
+    EXPECT_TRUE(decode_image(encoded(extension, blank), "blank")) << extension;
+  }
+}
+
 TEST(ImageIo, SurvivesNoise) {
   cv::RNG generator(7);
   for (const std::string extension : {".png", ".jpg", ".tiff", ".bmp", ".pgm"}) {

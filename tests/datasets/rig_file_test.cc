@@ -67,6 +67,16 @@ TEST(RigFile, WithoutCovarianceAndSigma) {
   expect_same(read_rig(home.path()).value(), rig);
 }
 
+TEST(RigFile, NamesHoldAnyText) {
+  const TemporaryFolder home;
+  Rig rig = example();
+  rig.sigma_px = {{"line\nbreak \"quoted\" \\ \x01\x7f", 0.5}};
+  ASSERT_TRUE(write_rig(home.path(), rig));
+  const auto read = read_rig(home.path());
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->sigma_px, rig.sigma_px);
+}
+
 TEST(RigFile, RefusesToWriteWhatCouldNotBeRead) {
   const TemporaryFolder home;
   const auto message = [&](auto&& change) {
@@ -76,6 +86,7 @@ TEST(RigFile, RefusesToWriteWhatCouldNotBeRead) {
     return written ? std::string("no error") : written.error().message;
   };
   EXPECT_THAT(message([](Rig& rig) { rig.sensors[0].name = "../cam"; }), HasSubstr("../cam"));
+  EXPECT_THAT(message([](Rig& rig) { rig.sensors.clear(); }), HasSubstr("without sensors"));
   EXPECT_THAT(message([](Rig& rig) { rig.sensors[1].name = "cam0"; }), HasSubstr("Two sensors are named cam0"));
   EXPECT_THAT(message([](Rig& rig) { rig.sensors[1].sensor_from_probe.translation.x() = NAN; }), HasSubstr("proj-0"));
   EXPECT_THAT(message([](Rig& rig) { rig.sigma_px["cam0.corners"] = NAN; }), HasSubstr("cam0.corners"));
@@ -124,6 +135,7 @@ INSTANTIATE_TEST_SUITE_P(RigFile, DamagedRig,
                                                 "own folder"},
                                          Damage{"rig.yaml", "- \"cam0.fx\"\n", "", "2 x 2"},
                                          Damage{"rig.yaml", "0.1234567890123456", "-1", "sigma_px"},
+                                         Damage{"rig.yaml", "0.1234567890123456", "1e300", "below 1e+12"},
                                          Damage{"proj-0.cameramodel", "-200", "-200.001", "pose"},
                                          Damage{"proj-0.cameramodel", "1900", "-1900", "proj-0.cameramodel"},
                                          Damage{"covariance.npy", "<f8", "<f4", "float64"}));

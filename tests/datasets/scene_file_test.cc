@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "datasets/simulate_yaml.h"
 #include "tests/datasets/render_scenes.h"
 
 namespace crumple {
@@ -60,10 +61,26 @@ TEST(SceneFile, names_line_column_and_field_of_a_mistake) {
   EXPECT_THAT(error_with("0.05, 0.0005,", "0.05, 0.0005, 0, 0, 0,"), HasSubstr("at most 5 distortion terms"));
   EXPECT_THAT(error_with("position_mm: [180, 0, 0]", "position_mm: [180, 0]"), HasSubstr("must hold 3 numbers"));
   EXPECT_THAT(error_with("id: board_2", "id: board_1"), HasSubstr("listed twice"));
+  EXPECT_THAT(error_with("id: board_2", "id: .."), HasSubstr("not . or .."));
+  EXPECT_THAT(error_with("focal_px: [441.2", "model: LENSMODEL_NONE, focal_px: [441.2"), HasSubstr("LENSMODEL_NONE"));
   EXPECT_THAT(error_with("board: {position_mm: [0, 0, 500]", "plate: {position_mm: [0, 0, 500]"),
               HasSubstr("either `board` or `panel`"));
   EXPECT_THAT(error_with("kind: projector", "kind: camera"), HasSubstr("projector"));
   EXPECT_THAT(error_with("bulge_radius_mm: [1500, 700]", "bulge_radius_mm: [1500, 0]"), HasSubstr("50 mm or more"));
+}
+
+TEST(SceneFile, its_capture_can_be_read_whatever_its_names_are) {
+  std::string text = small_text();
+  text.replace(text.find("cam0:"), 5, "\"null\":");
+  text.replace(text.find("A small board"), 13, "\"Two\\nlines\" # ");
+  text.replace(text.find("id: board_1"), 11, "id: \"a: \\\"b\\\"\"");
+  const auto scene = parse_scene(text, "s.yaml");
+  ASSERT_TRUE(scene) << scene.error().message;
+  const auto capture = parse_capture(capture_yaml(*scene), "capture.yaml");
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_EQ(capture->title, "Two\nlines");
+  EXPECT_NE(capture->sensor("null"), nullptr);
+  EXPECT_NE(capture->station("a: \"b\""), nullptr);
 }
 
 TEST(SceneFile, a_missing_file_is_named) {

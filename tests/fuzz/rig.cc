@@ -1,0 +1,53 @@
+// A rig's folder: rig.yaml, .cameramodel files and covariance.npy in one input, each behind a line "=== NAME". What is
+// accepted can be written and comes back the same.
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include "datasets/rig_file.h"
+#include "tests/fuzz/input.h"
+#include "tests/temporary_folder.h"
+
+namespace {
+
+// Files of one name follow each other; nothing leaves the folder.
+void unpack(const std::string& input, const std::filesystem::path& folder) {
+  const std::string mark = "=== ";
+  std::size_t at = input.starts_with(mark) ? 0 : input.find("\n" + mark);
+  while (at != std::string::npos) {
+    const std::size_t name_at = input.find(mark, at) + mark.size();
+    const std::size_t end_of_line = std::min(input.find('\n', name_at), input.size());
+    const std::string name = input.substr(name_at, end_of_line - name_at);
+    at = input.find("\n" + mark, end_of_line);
+    const bool plain = !name.empty() && name.size() < 100 && name.find('/') == std::string::npos &&
+                       name.find('\0') == std::string::npos && name != "." && name != "..";
+    if (plain && end_of_line < input.size())
+      crumple::write_content(folder / name, input.substr(end_of_line + 1, at - end_of_line - 1));
+  }
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace crumple;
+  const TemporaryFolder given;
+  unpack(text_of(data, size), given.path());
+  const auto rig = read_rig(given.path());
+  if (!rig) return 0;
+  const TemporaryFolder written;
+  const auto done = write_rig(written.path(), *rig);
+  require(done.has_value(), "what is read can be written: " + (done ? "" : done.error().message));
+  const auto again = read_rig(written.path());
+  require(again.has_value(), "what is written can be read: " + (again ? "" : again.error().message));
+  require(again->sensors.size() == rig->sensors.size() && again->sigma_px == rig->sigma_px &&
+              again->covariance.names == rig->covariance.names && again->covariance.matrix == rig->covariance.matrix,
+          "what is written comes back the same");
+  for (std::size_t i = 0; i < rig->sensors.size(); ++i) {
+    const Pose& pose = rig->sensors[i].sensor_from_probe;
+    require(again->sensors[i].lens.parameters() == rig->sensors[i].lens.parameters() &&
+                again->sensors[i].sensor_from_probe.rotation.coeffs() == pose.rotation.coeffs() &&
+                again->sensors[i].sensor_from_probe.translation == pose.translation,
+            "sensors come back the same");
+  }
+  return 0;
+}
