@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "calib/correlation.h"
+#include "calib/lens_prior.h"
 
 namespace crumple {
 namespace {
@@ -29,12 +30,37 @@ Expected<CalibrationState> closed_form_cameras(const CalibrationData& data) {
                          data.placement_names);
 }
 
+void add_lens_priors(const CalibrationState& start, BundleOptions& options) {
+  for (Prior& prior : lens_priors(start)) options.priors.push_back(std::move(prior));
+}
+
+// Holds distortion to what lenses have. Few corners in the middle of the image leave the high orders free, and a
+// polynomial that folds near the image's edge has no ray for what the projector shows there.
+Expected<void> add_start_priors(const CalibrationState& start, BundleOptions& options) {
+  constexpr int kCore = 4;
+  constexpr double kDistortionSigma = 0.2;
+  for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
+    const Lens& lens = start.rig.sensors[s].lens;
+    if (lens.model().rfind("LENSMODEL_OPENCV", 0) != 0) continue;
+    std::vector<PriorTerm> terms;
+    for (int row = kCore; row < lens.parameter_count(); ++row) terms.push_back({{BlockId::Kind::lens, s}, row});
+    const auto count = static_cast<Eigen::Index>(terms.size());
+    auto prior = Prior::create(start.rig.sensors[s].name + ".start", std::move(terms), start,
+                               kDistortionSigma * kDistortionSigma * Eigen::MatrixXd::Identity(count, count));
+    if (!prior) return tl::unexpected(prior.error());
+    options.priors.push_back(std::move(*prior));
+  }
+  return {};
+}
+
 // The cameras alone, refined: the projector's start wants lenses and board poses that are right to a fraction of a
 // pixel.
-Expected<CalibrationState> start_cameras(const CalibrationData& data, const BundleOptions& options) {
+Expected<CalibrationState> start_cameras(const CalibrationData& data, BundleOptions options) {
   auto state = closed_form_cameras(data);
   if (!state) return state;
   Observations corners{data.observations.placement_count, data.observations.corners, {}, {}};
+  add_lens_priors(*state, options);
+  if (const auto added = add_start_priors(*state, options); !added) return tl::unexpected(added.error());
   auto refined = refine(*state, corners, options);
   if (!refined) return tl::unexpected(refined.error());
   return std::move(refined->state);
@@ -80,7 +106,7 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
     if (!bent && warp == WarpChoice::on) return tl::unexpected(bent.error());
     statistic = bent ? wald_statistic(*bent, seen) : 0;
     if (warp == WarpChoice::on || significant(statistic, seen.size())) {
-      return Calibration{{}, start, std::move(*bent), true, statistic, options.stripe_inflation};
+      return Calibration{{}, start, std::move(*bent), true, statistic, {}};
     }
   }
   CalibrationState flat_start = start;
@@ -88,7 +114,7 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
   options.estimate_warp = false;
   auto flat = refine(flat_start, observations, options);
   if (!flat) return tl::unexpected(flat.error());
-  return Calibration{{}, start, std::move(*flat), false, statistic, options.stripe_inflation};
+  return Calibration{{}, start, std::move(*flat), false, statistic, {}};
 }
 
 template <typename V>
@@ -112,19 +138,25 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (!start) return tl::unexpected(start.error());
   if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
 
-  CalibrationState refined_start = *start;
-  if (!data.observations.stripes.empty()) {
-    bundle_options.estimate_warp = options.warp != WarpChoice::off;
-    auto independent = refine(*start, data.observations, bundle_options);
-    if (!independent) return tl::unexpected(independent.error());
-    bundle_options.stripe_inflation = stripe_inflation(data.observations.stripes, *independent);
-    refined_start = std::move(independent->state);
+  add_lens_priors(*start, bundle_options);
+
+  bundle_options.estimate_warp = options.warp != WarpChoice::off;
+  auto independent = refine(*start, data.observations, bundle_options);
+  if (!independent && options.warp == WarpChoice::automatic) {
+    bundle_options.estimate_warp = false;
+    independent = refine(*start, data.observations, bundle_options);
   }
-  auto calibration = refine_shape(refined_start, data.observations, options.warp, bundle_options);
+  if (!independent) return tl::unexpected(independent.error());
+  const Inflation counted = inflation(data.observations, *independent);
+  bundle_options.corner_inflation = counted.corners;
+  bundle_options.stripe_inflation = counted.stripes;
+  auto calibration = refine_shape(independent->state, data.observations, options.warp, bundle_options);
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
   calibration->scale = scale_uncertainty(data.boards, data.board_of, data.temperature);
   calibration->start = *start;
+  calibration->inflation = counted;
+  calibration->priors = bundle_options.priors;
   return calibration;
 }
 

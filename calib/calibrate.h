@@ -1,5 +1,7 @@
 // From observations to a calibrated rig: closed-form start, then the joint refinement.
 //
+// Lens terms that observations can hardly tell apart have weak priors (calib/lens_prior.h), beside the priors given.
+//
 // Stripe readings are refined twice: once as if they were independent, which shows how their residuals are correlated
 // (calib/correlation.h), and once weighted by their effective number.
 #pragma once
@@ -8,6 +10,7 @@
 #include <vector>
 
 #include "calib/board_spec.h"
+#include "calib/correlation.h"
 #include "calib/initial_rig.h"
 #include "calib/scale_uncertainty.h"
 #include "solvers/bundle.h"
@@ -39,8 +42,9 @@ struct Calibration {
   CalibrationState start;  // the closed forms
   BundleResult bundle;
   bool warp_estimated = false;
-  double warp_statistic = 0;                   // where it was tried
-  double stripe_inflation = 1;                 // stripe readings that count as one (calib/correlation.h)
+  double warp_statistic = 0;  // where it was tried
+  Inflation inflation;        // observations that count as one
+  std::vector<Prior> priors = {};
   std::optional<ScaleUncertainty> scale = {};  // none: unknown
 };
 

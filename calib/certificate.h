@@ -16,8 +16,11 @@ struct BoardCertificate {
   double temperature_c = 20;
   std::optional<double> expansion_per_k = {};
   double expansion_sigma_per_k = 0;
-  std::optional<double> flatness_mm = {};           // the surface lies between two planes this far apart
-  std::string serial = {}, issuer = {}, date = {};  // for the record
+  std::optional<double> flatness_mm = {};  // the surface lies between two planes this far apart
+  // For the record.
+  std::string serial = {};
+  std::string issuer = {};
+  std::string date = {};
 };
 
 struct Temperature {

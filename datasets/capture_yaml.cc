@@ -19,10 +19,11 @@
 namespace crumple {
 namespace {
 
+constexpr std::size_t kMostImages = 1000000;  // of one camera
+
 // Every version that was ever written is read. Version 2 added keys and changed none, so a description of version 1 is
 // one of version 2; it must not use the newer keys, for its version says which programs understand it.
 const std::vector<std::string> kSchemas = {"crumple-capture/2", "crumple-capture/1"};  // the newest first
-constexpr std::size_t kMostImages = 1000000;                                           // of one camera
 
 // Where each camera's `files` stands, for what can only be checked once frames and stations are known.
 using FilesValues = std::map<std::string, YamlValue>;
@@ -52,8 +53,10 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
   sensor.size = read_size_px(map);
   if (const auto serial = map.find("serial")) sensor.serial = serial->text();
   if (const auto lens = map.find("lens")) {
-    sensor.lens_model =
-        lens->one_of({"LENSMODEL_OPENCV5", "LENSMODEL_OPENCV4", "LENSMODEL_OPENCV8", "LENSMODEL_PINHOLE"});
+    sensor.lens_model = lens->text();
+    if (!sensor.lens_model.empty() && lens_parameter_names(sensor.lens_model).empty()) {
+      lens->problem(fmt::format("must be one of {}, not `{}`", lens_model_choices(), sensor.lens_model));
+    }
   }
   if (sensor.kind == SensorKind::camera) {
     capture.files[name] = read_naming(name, map, files_values);

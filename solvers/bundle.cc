@@ -94,7 +94,9 @@ std::vector<Eigen::Matrix2d> hat_blocks(const View& view, const ViewEvaluation& 
 }
 
 Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeights>& weights,
-                                  const Parameters& parameters, const CalibrationState& state, int threads) {
+                                  const Parameters& parameters, const CalibrationState& state,
+                                  const BundleOptions& options) {
+  const int threads = options.threads;
   auto raw = evaluate(views, state, true, threads);
   if (!raw) return tl::unexpected(raw.error());
   NormalEquations equations(parameters);
@@ -104,6 +106,7 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
     discount(weights[v], whitened);
     equations.add(*views[v], whitened);
   }
+  for (const Prior& prior : options.priors) equations.add(prior, state);
   auto covariance = JointCovariance::create(equations, state);
   if (!covariance) return tl::unexpected(covariance.error());
   Linearisation result{std::move(*raw), std::vector<std::vector<Eigen::Matrix2d>>(views.size()),
@@ -216,6 +219,18 @@ Expected<void> converge_robustly(const Views& views, const BundleOptions& option
   return {};
 }
 
+double inflation_of(View::Kind kind, const BundleOptions& options) {
+  switch (kind) {
+    case View::Kind::corners:
+      return options.corner_inflation;
+    case View::Kind::stripes:
+      return options.stripe_inflation;
+    case View::Kind::features:
+      break;
+  }
+  return 1;
+}
+
 std::map<GroupKey, double> sigmas_of(const std::map<GroupKey, GroupSummary>& groups) {
   std::map<GroupKey, double> sigmas;
   for (const auto& [key, group] : groups) sigmas[key] = group.sigma_px;
@@ -259,7 +274,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
                               const BundleOptions& options) {
   const Views views = make_views(observations, start.board_of);
   CalibrationState state = start;
-  MinimiseOptions minimise_options{options.held, std::nullopt, options.threads};
+  MinimiseOptions minimise_options{.held = options.held, .threads = options.threads, .priors = options.priors};
   minimise_options.held.insert({BlockId::Kind::mount, 0});
   for (std::size_t b = 0; b < start.boards.size(); ++b) {
     if (!options.estimate_warp) minimise_options.held.insert({BlockId::Kind::warp, b});
@@ -268,20 +283,20 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   const Parameters parameters(state, views, minimise_options.held);
   std::vector<ViewWeights> weights;
   for (const auto& view : views) {
-    const double inflation = view->kind() == View::Kind::stripes ? options.stripe_inflation : 1;
-    weights.push_back({1, inflation, std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
+    weights.push_back(
+        {1, inflation_of(view->kind(), options), std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
   }
 
   if (const auto done = converge_robustly(views, options, minimise_options, weights, state); !done) {
     return tl::unexpected(done.error());
   }
   for (int round = 1;; ++round) {
-    auto at = linearise(views, weights, parameters, state, options.threads);
+    auto at = linearise(views, weights, parameters, state, options);
     if (!at) return tl::unexpected(at.error());
     if (round == 1 && options.reject_outliers) gate_outliers(views, *at, options.gate, true, weights);
     const auto summary = minimise(views, weights, minimise_options, state);
     if (!summary) return tl::unexpected(summary.error());
-    at = linearise(views, weights, parameters, state, options.threads);
+    at = linearise(views, weights, parameters, state, options);
     if (!at) return tl::unexpected(at.error());
     const auto groups = summarise_groups(views, *at, weights, options);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
@@ -291,7 +306,9 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
         options.reject_outliers ? gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next) : 0;
     const bool unchanged = changed == 0 && same_sigmas;
     if (unchanged || round == kMaxRounds) {
-      BundleResult result{std::move(state), {}, {}, std::move(at->covariance), round, unchanged};
+      std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
+      BundleResult result{std::move(state),       {}, {}, std::move(at->covariance), round, unchanged,
+                          std::move(undetermined)};
       for (const auto& [key, group] : groups) result.groups.push_back(group);
       for (std::size_t v = 0; v < views.size(); ++v) {
         result.views.push_back(summarise_view(*views[v], at->raw[v], weights[v]));

@@ -11,6 +11,9 @@
 //      over the share of the variance that a chi-square distribution cut at the gate keeps. A group with a redundancy
 //      under 50 keeps its prior sigma and says so.
 //
+// Priors (solvers/prior.h) count as observations of their own, in the solve and in the covariance; they are whitened
+// already and never outliers. Weak ones name what the observations leave undetermined.
+//
 // Groups are formed by sensor and kind of observation: "cam0.corners", "proj0.stripes", "cam0.features".
 // Gauge: the reference sensor (the first) has its mount held.
 #pragma once
@@ -22,6 +25,7 @@
 
 #include "solvers/covariance.h"
 #include "solvers/minimise.h"
+#include "solvers/undetermined.h"
 
 namespace crumple {
 
@@ -31,10 +35,12 @@ struct BundleOptions {
   double gate = 16;             // on the standardised square in two dimensions
   double prior_sigma_px = 0.3;  // for groups too small to estimate it from
   double minimum_redundancy = 50;
-  // Variance inflation of stripe readings: how many correlated ones count as one (calib/correlation.h). It scales their
-  // weight and so the covariance; sigma and the gate are of single readings.
+  // Variance inflation of corners and of stripe readings: how many correlated ones count as one (calib/correlation.h).
+  // It scales their weight and so the covariance; sigma and the gate are of single observations.
+  double corner_inflation = 1;
   double stripe_inflation = 1;
   std::set<BlockId> held = {};  // further blocks that keep their start, such as a lens known from elsewhere
+  std::vector<Prior> priors = {};
   int threads = 1;
 };
 
@@ -65,8 +71,9 @@ struct BundleResult {
   std::vector<GroupSummary> groups;
   std::vector<ViewSummary> views;  // in the order of make_views
   JointCovariance covariance;
-  int rounds = 0;        // of gating and solving
-  bool settled = false;  // whether the last round changed no observation's side and no sigma
+  int rounds = 0;                               // of gating and solving
+  bool settled = false;                         // whether the last round changed no observation's side and no sigma
+  std::vector<Undetermined> undetermined = {};  // terms that weak priors decide
 };
 
 Expected<BundleResult> refine(const CalibrationState& start, const Observations& observations,

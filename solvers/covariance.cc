@@ -13,7 +13,7 @@
 namespace crumple {
 namespace {
 
-constexpr double kSingular = 1e-10;
+constexpr double kSingular = 1e-12;  // rounding reaches 1e-15
 constexpr int kNamedComponents = 4;
 
 // The parameters that move most along an eigenvector of the equilibrated matrix.
@@ -40,26 +40,30 @@ NormalEquations::NormalEquations(const Parameters& parameters)
   }
 }
 
-void NormalEquations::add(const View& view, const ViewEvaluation& whitened) {
-  const std::vector<BlockId>& blocks = view.blocks();
-  const BlockId placement{BlockId::Kind::placement, view.placement()};
+void NormalEquations::add(const View& view, const ViewEvaluation& whitened) { add(view.blocks(), whitened.jacobians); }
+
+void NormalEquations::add(const Prior& prior, const CalibrationState& state) {
+  add(prior.blocks(), prior.evaluate(state).jacobians);
+}
+
+// At most one of the blocks is a placement.
+void NormalEquations::add(const std::vector<BlockId>& blocks, const std::vector<RowMajorMatrix>& jacobians) {
   for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!parameters_.estimated(blocks[i])) continue;
+    const RowMajorMatrix& left = jacobians[i];
     const auto row = parameters_.common_offset(blocks[i]);
-    if (!row) continue;
-    const RowMajorMatrix& left = whitened.jacobians[i];
+    if (!row) {
+      placement_[blocks[i].index] += left.transpose() * left;
+      continue;
+    }
     for (std::size_t j = 0; j < blocks.size(); ++j) {
-      const RowMajorMatrix& right = whitened.jacobians[j];
+      const RowMajorMatrix& right = jacobians[j];
       if (const auto column = parameters_.common_offset(blocks[j])) {
         common_.block(*row, *column, left.cols(), right.cols()).noalias() += left.transpose() * right;
-      } else if (blocks[j] == placement && parameters_.estimated(placement)) {
-        coupling_[placement.index].middleRows(*row, left.cols()).noalias() += left.transpose() * right;
+      } else if (parameters_.estimated(blocks[j])) {
+        coupling_[blocks[j].index].middleRows(*row, left.cols()).noalias() += left.transpose() * right;
       }
     }
-  }
-  if (!parameters_.estimated(placement)) return;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (blocks[i] == placement)
-      placement_[placement.index] += whitened.jacobians[i].transpose() * whitened.jacobians[i];
   }
 }
 

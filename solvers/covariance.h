@@ -7,7 +7,7 @@
 //   J'J = [ A  B_j ; B_j'  D_j ],   S = A - sum_j B_j D_j^-1 B_j'          (Schur complement)
 //   cov(a) = S^-1,  cov(a, b_j) = -S^-1 B_j D_j^-1,  cov(b_j) = D_j^-1 + D_j^-1 B_j' S^-1 B_j D_j^-1.
 // S is equilibrated to a unit diagonal before it is factored. Where its smallest equilibrated eigenvalue lies below
-// 1e-10 the parameters are not determined: that is an error which names the direction.
+// 1e-12 the parameters are not determined: that is an error which names the direction.
 //
 // Gauge: the reference sensor's mount is held, so every row is relative to that sensor's frame.
 #pragma once
@@ -19,6 +19,7 @@
 
 #include "solvers/expected.h"
 #include "solvers/parameters.h"
+#include "solvers/prior.h"
 
 namespace crumple {
 
@@ -28,8 +29,11 @@ class NormalEquations {
 
   // Adds a whitened view. Views must come in one fixed order: the sums' bits depend on it.
   void add(const View& view, const ViewEvaluation& whitened);
+  // A prior counts as one more observation.
+  void add(const Prior& prior, const CalibrationState& state);
 
  private:
+  void add(const std::vector<BlockId>& blocks, const std::vector<RowMajorMatrix>& jacobians);
   friend class JointCovariance;
   const Parameters& parameters_;
   Eigen::MatrixXd common_;

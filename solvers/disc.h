@@ -13,7 +13,7 @@
 
 namespace crumple {
 
-constexpr int kDiscVertices = 12;
+constexpr int kDiscVertices = 24;
 
 using DiscOutline = std::array<Eigen::Vector2d, kDiscVertices>;
 

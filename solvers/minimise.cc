@@ -127,10 +127,13 @@ class Evaluator final : public ceres::EvaluationCallback {
       if (options_.cauchy_scale) robustify(*views_[v], *options_.cauchy_scale, evaluations_[v]);
       discount(weights_[v], evaluations_[v]);
     });
+    priors_.clear();
+    for (const Prior& prior : options_.priors) priors_.push_back(prior.evaluate(state_));
   }
 
   // Null where the view could not be predicted.
   const ViewEvaluation* of(std::size_t view) const { return predicted_[view] ? &evaluations_[view] : nullptr; }
+  const WhitenedPrior& prior(std::size_t index) const { return priors_[index]; }
 
  private:
   const std::vector<std::unique_ptr<View>>& views_;
@@ -140,7 +143,15 @@ class Evaluator final : public ceres::EvaluationCallback {
   CalibrationState state_;
   std::vector<ViewEvaluation> evaluations_;
   std::vector<char> predicted_;
+  std::vector<WhitenedPrior> priors_;
 };
+
+// Residual blocks give their Jacobian in the tangent; Ceres wants it padded to the ambient size.
+void pad(const RowMajorMatrix& tangent, int ambient_size, double* jacobian) {
+  Eigen::Map<RowMajorMatrix> ambient(jacobian, tangent.rows(), ambient_size);
+  ambient.setZero();
+  ambient.leftCols(tangent.cols()) = tangent;
+}
 
 // Hands one view's rows to Ceres. `columns` are the view's blocks that are estimated.
 class ViewCost final : public ceres::CostFunction {
@@ -157,11 +168,7 @@ class ViewCost final : public ceres::CostFunction {
     if (evaluation == nullptr || !evaluation->residuals.allFinite()) return false;
     Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()) = evaluation->residuals;
     for (std::size_t k = 0; jacobians != nullptr && k < columns_.size(); ++k) {
-      if (jacobians[k] == nullptr) continue;
-      const RowMajorMatrix& tangent = evaluation->jacobians[columns_[k]];
-      Eigen::Map<RowMajorMatrix> ambient(jacobians[k], num_residuals(), parameter_block_sizes()[k]);
-      ambient.setZero();
-      ambient.leftCols(tangent.cols()) = tangent;
+      if (jacobians[k] != nullptr) pad(evaluation->jacobians[columns_[k]], parameter_block_sizes()[k], jacobians[k]);
     }
     return true;
   }
@@ -172,22 +179,65 @@ class ViewCost final : public ceres::CostFunction {
   std::vector<std::size_t> columns_;
 };
 
-void add_views(const std::vector<std::unique_ptr<View>>& views, const Evaluator& evaluator, Blocks& blocks,
-               ceres::Problem& problem) {
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    std::vector<std::size_t> columns;
-    std::vector<int> sizes;
-    std::vector<double*> pointers;
-    for (std::size_t b = 0; b < views[v]->blocks().size(); ++b) {
-      const auto span = blocks.spans().find(views[v]->blocks()[b]);
+class PriorCost final : public ceres::CostFunction {
+ public:
+  PriorCost(const Evaluator& evaluator, std::size_t prior, int rows, std::vector<std::size_t> columns,
+            const std::vector<int>& block_sizes)
+      : evaluator_(evaluator), prior_(prior), columns_(std::move(columns)) {
+    set_num_residuals(rows);
+    *mutable_parameter_block_sizes() = block_sizes;
+  }
+
+  bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
+    const WhitenedPrior& whitened = evaluator_.prior(prior_);
+    Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()) = whitened.residuals;
+    for (std::size_t k = 0; jacobians != nullptr && k < columns_.size(); ++k) {
+      if (jacobians[k] != nullptr) pad(whitened.jacobians[columns_[k]], parameter_block_sizes()[k], jacobians[k]);
+    }
+    return true;
+  }
+
+ private:
+  const Evaluator& evaluator_;
+  std::size_t prior_;
+  std::vector<std::size_t> columns_;
+};
+
+// The blocks among those given that are estimated: where they stand, how large they are, where their values are.
+struct Columns {
+  std::vector<std::size_t> indices;
+  std::vector<int> sizes;
+  std::vector<double*> pointers;
+
+  Columns(const std::vector<BlockId>& wanted, Blocks& blocks) {
+    for (std::size_t b = 0; b < wanted.size(); ++b) {
+      const auto span = blocks.spans().find(wanted[b]);
       if (span == blocks.spans().end()) continue;
-      columns.push_back(b);
+      indices.push_back(b);
       sizes.push_back(static_cast<int>(span->second.second));
       pointers.push_back(blocks.data(span->first));
     }
-    if (pointers.empty()) continue;
+  }
+};
+
+void add_priors(const std::vector<Prior>& priors, const Evaluator& evaluator, Blocks& blocks, ceres::Problem& problem) {
+  for (std::size_t p = 0; p < priors.size(); ++p) {
+    const Columns columns(priors[p].blocks(), blocks);
+    if (columns.pointers.empty()) continue;
+    const int rows = static_cast<int>(priors[p].terms().size());
+    problem.AddResidualBlock(new PriorCost(evaluator, p, rows, columns.indices, columns.sizes), nullptr,
+                             columns.pointers);
+  }
+}
+
+void add_views(const std::vector<std::unique_ptr<View>>& views, const Evaluator& evaluator, Blocks& blocks,
+               ceres::Problem& problem) {
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Columns columns(views[v]->blocks(), blocks);
+    if (columns.pointers.empty()) continue;
     const int rows = views[v]->size() * views[v]->dimension();
-    problem.AddResidualBlock(new ViewCost(evaluator, v, rows, columns, sizes), nullptr, pointers);
+    problem.AddResidualBlock(new ViewCost(evaluator, v, rows, columns.indices, columns.sizes), nullptr,
+                             columns.pointers);
   }
 }
 
@@ -221,6 +271,7 @@ Expected<MinimiseSummary> minimise(const std::vector<std::unique_ptr<View>>& vie
   problem_options.evaluation_callback = &evaluator;
   ceres::Problem problem(problem_options);
   add_views(views, evaluator, blocks, problem);
+  add_priors(options.priors, evaluator, blocks, problem);
   for (const auto& [block, span] : blocks.spans()) {
     const bool pose = block.kind == BlockId::Kind::mount || block.kind == BlockId::Kind::placement;
     if (pose) problem.SetManifold(blocks.data(block), new PoseManifold);

@@ -10,15 +10,17 @@
 #include <vector>
 
 #include "solvers/expected.h"
+#include "solvers/prior.h"
 #include "solvers/weights.h"
 
 namespace crumple {
 
 struct MinimiseOptions {
-  std::set<BlockId> held;
-  std::optional<double> cauchy_scale;  // in units of sigma; none: least squares
+  std::set<BlockId> held = {};
+  std::optional<double> cauchy_scale = {};  // in units of sigma; none: least squares
   int threads = 1;
   int max_iterations = 100;
+  std::vector<Prior> priors = {};
 };
 
 struct MinimiseSummary {

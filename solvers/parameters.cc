@@ -1,15 +1,6 @@
 #include "solvers/parameters.h"
 
 namespace crumple {
-namespace {
-
-std::vector<const char*> board_names(BlockId::Kind kind) {
-  if (kind == BlockId::Kind::warp) return {"warp_x", "warp_y"};
-  return {"scale"};
-}
-
-}  // namespace
-
 Parameters::Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
                        const std::set<BlockId>& held) {
   std::set<BlockId> touched;
@@ -47,22 +38,30 @@ std::optional<int> Parameters::common_offset(const BlockId& block) const {
 }
 
 std::vector<std::string> Parameters::common_names(const CalibrationState& state) const {
-  static const char* const pose_names[] = {"rotation_x",    "rotation_y",    "rotation_z",
-                                           "translation_x", "translation_y", "translation_z"};
   std::vector<std::string> names;
   for (const BlockId& block : common_blocks_) {
-    if (block.kind == BlockId::Kind::warp || block.kind == BlockId::Kind::scale) {
-      for (const char* name : board_names(block.kind)) names.push_back(state.boards[block.index].name + "." + name);
-      continue;
-    }
-    const Sensor& sensor = state.rig.sensors[block.index];
-    if (block.kind == BlockId::Kind::lens) {
-      for (const std::string& name : lens_parameter_names(sensor.lens.model()))
-        names.push_back(sensor.name + "." + name);
-    } else {
-      for (const char* name : pose_names) names.push_back(sensor.name + "." + name);
-    }
+    const std::vector<std::string> of_block = parameter_names(block, state);
+    names.insert(names.end(), of_block.begin(), of_block.end());
   }
+  return names;
+}
+
+std::vector<std::string> parameter_names(const BlockId& block, const CalibrationState& state) {
+  const bool of_board = block.kind == BlockId::Kind::warp || block.kind == BlockId::Kind::scale;
+  if (of_board) {
+    const std::string& board = state.boards[block.index].name;
+    if (block.kind == BlockId::Kind::scale) return {board + ".scale"};
+    return {board + ".warp_x", board + ".warp_y"};
+  }
+  std::string owner = "placement " + std::to_string(block.index);
+  std::vector<std::string> names{"rotation_x",    "rotation_y",    "rotation_z",
+                                 "translation_x", "translation_y", "translation_z"};
+  if (block.kind != BlockId::Kind::placement) {
+    const Sensor& sensor = state.rig.sensors[block.index];
+    owner = sensor.name;
+    if (block.kind == BlockId::Kind::lens) names = lens_parameter_names(sensor.lens.model());
+  }
+  for (std::string& name : names) name = owner + "." + name;
   return names;
 }
 

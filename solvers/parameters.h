@@ -38,4 +38,7 @@ class Parameters {
   int common_size_ = 0;
 };
 
+// "cam0.fx", "board.warp_y", "placement 3.rotation_x": one per row of the block's tangent.
+std::vector<std::string> parameter_names(const BlockId& block, const CalibrationState& state);
+
 }  // namespace crumple

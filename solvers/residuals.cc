@@ -72,19 +72,18 @@ class PointPredictor {
  private:
   std::optional<Eigen::Vector2d> project(const Eigen::Vector2d& nominal_mm) const {
     const Eigen::Vector3d in_sensor = sensor_from_board_ * board_.on_surface(nominal_mm);
-    if (in_sensor.z() <= 0) return std::nullopt;
     return lens_.project(in_sensor);
   }
 
   bool differentiate(const Eigen::Vector2d& nominal_mm, PointPrediction& prediction) const {
     const Eigen::Vector3d point = board_.on_surface(nominal_mm);
     const Eigen::Vector3d in_sensor = sensor_from_board_ * point;
-    if (in_sensor.z() <= 0) return false;
-    const Projection projection = lens_.project_with_gradients(in_sensor);
-    const Matrix2x3d d_board_point = projection.d_point * rotation_;
-    prediction.pixel = projection.pixel;
-    prediction.lens = projection.d_parameters;
-    prediction.sensor_from_board = projection.d_point * d_transformed_d_pose(sensor_from_board_, point);
+    const auto projection = lens_.project_with_gradients(in_sensor);
+    if (!projection) return false;
+    const Matrix2x3d d_board_point = projection->d_point * rotation_;
+    prediction.pixel = projection->pixel;
+    prediction.lens = projection->d_parameters;
+    prediction.sensor_from_board = projection->d_point * d_transformed_d_pose(sensor_from_board_, point);
     prediction.warp = d_board_point.col(2) * board_.d_height_d_warp(point.x(), point.y()).transpose();
     prediction.scale = d_board_point * Board::d_on_surface_d_scale(nominal_mm);
     return true;

@@ -68,6 +68,7 @@ struct Series {
   std::vector<ParameterSeries> parameters;
   double corner_sigma_px = 0;  // means of the estimates
   double stripe_sigma_px = 0;
+  double corner_inflation = 0;
   double stripe_inflation = 0;
 
   double share_within(double limit) const {
@@ -116,15 +117,16 @@ Expected<Series> calibrate_all(const std::string& name, const Scene& scene, cons
     add(*parameters, share, series);
     series.corner_sigma_px += share * group_sigma(*calibration, View::Kind::corners);
     series.stripe_sigma_px += share * group_sigma(*calibration, View::Kind::stripes);
-    series.stripe_inflation += share * calibration->stripe_inflation;
+    series.corner_inflation += share * calibration->inflation.corners;
+    series.stripe_inflation += share * calibration->inflation.stripes;
   }
   say(fmt::format("{}: calibrated", name));
   return series;
 }
 
 void print(const Series& series) {
-  fmt::print("\n{}: corners {:.4f} px, stripes {:.4f} px, {:.2f} readings count as one\n", series.name,
-             series.corner_sigma_px, series.stripe_sigma_px, series.stripe_inflation);
+  fmt::print("\n{}: corners {:.4f} px, {:.2f} count as one; stripes {:.4f} px, {:.2f} count as one\n", series.name,
+             series.corner_sigma_px, series.corner_inflation, series.stripe_sigma_px, series.stripe_inflation);
   fmt::print("| parameter | mean error | predicted sigma | mean z | spread of z | rms z | max abs z |\n");
   fmt::print("|---|---:|---:|---:|---:|---:|---:|\n");
   for (const ParameterSeries& p : series.parameters) {
@@ -178,6 +180,7 @@ nlohmann::json document(const Series& series) {
           {"rms_z", series.rms()},
           {"corner_sigma_px", series.corner_sigma_px},
           {"stripe_sigma_px", series.stripe_sigma_px},
+          {"corner_inflation", series.corner_inflation},
           {"stripe_inflation", series.stripe_inflation}};
 }
 

@@ -78,7 +78,7 @@ TEST(Calibrate, NamesWhatIsMissing) {
     CornerView& view = parallel.observations.corners[p];
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
       view.pixels[i] =
-          parallel.truth.rig.sensors[0].lens.project(pose * parallel.truth.boards[0].point(view.corners[i]));
+          *parallel.truth.rig.sensors[0].lens.project(pose * parallel.truth.boards[0].point(view.corners[i]));
     }
   }
   const auto flat = calibrate(data_of(parallel), {});
@@ -91,7 +91,9 @@ TEST(Correlation, IndependentReadingsCountForThemselves) {
       make_synthetic({.placements = 12, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
   const auto bundle = refine(made.truth, made.observations, {});
   ASSERT_TRUE(bundle);
-  EXPECT_LT(stripe_inflation(made.observations.stripes, *bundle), 1.5);
+  const Inflation counted = inflation(made.observations, *bundle);
+  EXPECT_LT(counted.stripes, 1.5);
+  EXPECT_LT(counted.corners, 1.2);
 }
 
 TEST(Correlation, ReadingsThatErrTogetherCountAsFew) {
@@ -105,7 +107,18 @@ TEST(Correlation, ReadingsThatErrTogetherCountAsFew) {
   }
   const auto bundle = refine(made.truth, made.observations, {});
   ASSERT_TRUE(bundle);
-  EXPECT_GT(stripe_inflation(made.observations.stripes, *bundle), 2);
+  EXPECT_GT(inflation(made.observations, *bundle).stripes, 2);
+}
+
+TEST(Correlation, CornersOfABentSheetCountAsFew) {
+  Synthetic made =
+      make_synthetic({.placements = 12, .corner_sigma_px = 0.03, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
+  for (CornerView& view : made.observations.corners) {
+    for (Eigen::Vector2d& pixel : view.pixels) pixel.x() += 0.1 * std::sin(pixel.x() / 60) * std::cos(pixel.y() / 60);
+  }
+  const auto bundle = refine(made.truth, made.observations, {});
+  ASSERT_TRUE(bundle);
+  EXPECT_GT(inflation(made.observations, *bundle).corners, 2);
 }
 
 TEST(Verdict, NamesABadViewAndFewPlacements) {

@@ -75,7 +75,7 @@ TEST(DetectDots, TheDiscsCentreIsNotWhereItsImagesIs) {
   ASSERT_TRUE(found) << found.error().message;
   double squares = 0;
   for (std::size_t i = 0; i < found->corners.size(); ++i) {
-    const Eigen::Vector2d centre = drawing_lens().project(pose * board.point(found->corners[i]));
+    const Eigen::Vector2d centre = drawing_lens().project(pose * board.point(found->corners[i])).value();
     squares += (found->pixels[i] - centre).squaredNorm();
   }
   EXPECT_GT(std::sqrt(squares / static_cast<double>(found->corners.size())), 0.1);

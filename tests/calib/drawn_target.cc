@@ -94,7 +94,7 @@ Pose drawing_pose(const Target& target, double distance_mm, const Eigen::Vector3
 }
 
 Eigen::Vector2d true_pixel(const Board& board, int index, const Lens& lens, const Pose& camera_from_board) {
-  if (!board.has_discs()) return lens.project(camera_from_board * board.point(index));
+  if (!board.has_discs()) return lens.project(camera_from_board * board.point(index)).value();
   constexpr int kRings = 24, kSpokes = 32;  // of equal areas
   const Eigen::Matrix<double, 3, 2> in_plane = camera_from_board.rotation.toRotationMatrix().leftCols<2>();
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
@@ -105,7 +105,7 @@ Eigen::Vector2d true_pixel(const Board& board, int index, const Lens& lens, cons
       const double angle = 2 * std::numbers::pi * spoke / kSpokes;
       const Eigen::Vector2d nominal = board.nominal_mm()[static_cast<std::size_t>(index)] +
                                       radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-      const Projection projection = lens.project_with_gradients(camera_from_board * board.on_surface(nominal));
+      const Projection projection = lens.project_with_gradients(camera_from_board * board.on_surface(nominal)).value();
       const double weight = (projection.d_point * in_plane).determinant();
       moment += weight * projection.pixel;
       area += weight;

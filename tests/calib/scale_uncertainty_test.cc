@@ -59,13 +59,14 @@ TEST(ScaleUncertainty, TheRigScalesWithItsBoard) {
   const CalibrationState larger = calibrate(data, options)->bundle.state;
   for (std::size_t s = 0; s < 2; ++s) {
     const Sensor &a = nominal.rig.sensors[s], &b = larger.rig.sensors[s];
-    EXPECT_LT((b.sensor_from_probe.translation - 1.001 * a.sensor_from_probe.translation).norm(), 1e-6);
+    // As far as both refinements converged; the scale itself moves the baseline by 0.2 mm.
+    EXPECT_LT((b.sensor_from_probe.translation - 1.001 * a.sensor_from_probe.translation).norm(), 1e-5);
     EXPECT_LT(a.sensor_from_probe.rotation.angularDistance(b.sensor_from_probe.rotation), 1e-8);
     for (std::size_t i = 0; i < a.lens.parameters().size(); ++i) {
-      EXPECT_NEAR(a.lens.parameters()[i], b.lens.parameters()[i], 1e-5);
+      EXPECT_NEAR(a.lens.parameters()[i], b.lens.parameters()[i], 1e-4);
     }
   }
-  EXPECT_LT((larger.boards[0].warp_mm - 1.001 * nominal.boards[0].warp_mm).norm(), 1e-6);
+  EXPECT_LT((larger.boards[0].warp_mm - 1.001 * nominal.boards[0].warp_mm).norm(), 1e-5);
 }
 
 TEST(ScaleUncertainty, TemperatureEntersScaleAndUncertainty) {

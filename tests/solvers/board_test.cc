@@ -34,7 +34,7 @@ TEST(Board, ScaleStretchesTheSheetAndKeepsItsHeights) {
 TEST(Board, DerivativesMatchCentralDifferences) {
   const Board board = bent_board();
   constexpr double h = 1e-5;
-  for (const Eigen::Vector2d at : {Eigen::Vector2d(3, 50), Eigen::Vector2d(70, 10)}) {
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(3, 50), Eigen::Vector2d(70, 10)}) {
     const double x = at.x(), y = at.y();
     EXPECT_NEAR(board.d_height_d_xy(x, y).x(), (board.height_mm(x + h, y) - board.height_mm(x - h, y)) / (2 * h), 1e-9);
     EXPECT_NEAR(board.d_height_d_xy(x, y).y(), (board.height_mm(x, y + h) - board.height_mm(x, y - h)) / (2 * h), 1e-9);

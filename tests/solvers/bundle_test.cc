@@ -111,7 +111,7 @@ TEST(Covariance, EqualsCeresCovariance) {
   const Synthetic made = make_synthetic({.placements = 6, .corner_sigma_px = 0.2, .stripe_sigma_px = 0.05});
   const CalibrationState& state = made.truth;
   const auto views = make_views(made.observations, made.truth.board_of);
-  const Parameters parameters(state, views, {{BlockId::Kind::mount, 0}});
+  const Parameters parameters(state, views, {{BlockId::Kind::mount, 0}, {BlockId::Kind::scale, 0}});
   NormalEquations equations(parameters);
   std::vector<RowMajorMatrix> rows;
   for (const auto& view : views) {
