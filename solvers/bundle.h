@@ -15,12 +15,12 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "solvers/covariance.h"
-#include "solvers/minimise.h"
+#include "solvers/residuals.h"
 
 namespace crumple {
 

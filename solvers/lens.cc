@@ -8,6 +8,8 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "solvers/opencv_model.h"
+
 extern "C" {
 #include <mrcal/mrcal.h>
 }
@@ -88,23 +90,23 @@ Lens Lens::with_parameters(std::vector<double> parameters) const {
 }
 
 Eigen::Vector2d Lens::project(const Eigen::Vector3d& point) const {
-  const mrcal_point3_t p{.xyz = {point.x(), point.y(), point.z()}};
-  mrcal_point2_t q;
-  mrcal_project(&q, nullptr, nullptr, &p, 1, &shared_->mrcal, parameters_.data());
-  return {q.x, q.y};
+  return project_opencv(parameters_.data(), parameter_count(), point);
 }
 
 Projection Lens::project_with_gradients(const Eigen::Vector3d& point) const {
-  const mrcal_point3_t p{.xyz = {point.x(), point.y(), point.z()}};
-  mrcal_point2_t q;
-  mrcal_point3_t dq_dp[2];
-  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> dq_dparameters(2, parameter_count());
-  mrcal_project(&q, dq_dp, dq_dparameters.data(), &p, 1, &shared_->mrcal, parameters_.data());
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> d_parameters(2, parameter_count());
   Projection projection;
-  projection.pixel << q.x, q.y;
-  projection.d_point << dq_dp[0].x, dq_dp[0].y, dq_dp[0].z, dq_dp[1].x, dq_dp[1].y, dq_dp[1].z;
-  projection.d_parameters = dq_dparameters;
+  projection.pixel =
+      project_into(point, projection.d_point, d_parameters.data(), d_parameters.data() + parameter_count());
+  projection.d_parameters = d_parameters;
   return projection;
+}
+
+Eigen::Vector2d Lens::project_into(const Eigen::Vector3d& point, Matrix2x3d& d_point, double* d_u, double* d_v) const {
+  const OpencvProjection projection =
+      project_opencv_with_gradients(parameters_.data(), parameter_count(), point, d_u, d_v);
+  d_point = projection.d_point;
+  return projection.pixel;
 }
 
 // Newton's method on the projection, from the undistorted ray; libmrcal's own inverse is an order slower and gives no
@@ -112,14 +114,11 @@ Projection Lens::project_with_gradients(const Eigen::Vector3d& point) const {
 std::optional<Eigen::Vector3d> Lens::ray(const Eigen::Vector2d& pixel) const {
   Eigen::Vector3d v((pixel.x() - parameters_[2]) / parameters_[0], (pixel.y() - parameters_[3]) / parameters_[1], 1);
   for (int i = 0; i < kRayIterations; ++i) {
-    const mrcal_point3_t p{.xyz = {v.x(), v.y(), 1}};
-    mrcal_point2_t q;
-    mrcal_point3_t dq_dp[2];
-    mrcal_project(&q, dq_dp, nullptr, &p, 1, &shared_->mrcal, parameters_.data());
-    const Eigen::Vector2d error(q.x - pixel.x(), q.y - pixel.y());
+    const OpencvProjection at =
+        project_opencv_with_gradients(parameters_.data(), parameter_count(), v, nullptr, nullptr);
+    const Eigen::Vector2d error = at.pixel - pixel;
     if (!error.allFinite()) return std::nullopt;
-    Eigen::Matrix2d d;
-    d << dq_dp[0].x, dq_dp[0].y, dq_dp[1].x, dq_dp[1].y;
+    const Eigen::Matrix2d d = at.d_point.leftCols<2>();
     // Past the fold of the distortion the image is mirrored: such a root is not the lens's ray.
     if (d.determinant() <= 0) return std::nullopt;
     const Eigen::Vector2d step = d.inverse() * error;

@@ -1,9 +1,9 @@
 // A lens: how a point in a sensor's frame becomes a pixel, and which ray a pixel sees.
 //
 // Frame: x right, y down, z forward, mm. Pixel (0,0) is the centre of the top-left pixel. A projector's lens is the
-// same thing with light going the other way. Models are mrcal's, by its names, evaluated by libmrcal with its analytic
-// gradients: LENSMODEL_PINHOLE (fx fy cx cy), LENSMODEL_OPENCV4 (+ k1 k2 p1 p2), _OPENCV5 (+ k3), _OPENCV8 (+ k4 k5
-// k6).
+// same thing with light going the other way. Models are mrcal's, by its names, with analytic gradients (OpenCV's family
+// in solvers/opencv_model.h, equal to libmrcal's to rounding): LENSMODEL_PINHOLE (fx fy cx cy), LENSMODEL_OPENCV4 (+ k1
+// k2 p1 p2), _OPENCV5 (+ k3), _OPENCV8 (+ k4 k5 k6).
 //
 // Validity: z > 0. Ray computation inverts the distortion by iteration; where it does not come back to the pixel to
 // 1e-6 px (beyond the fold of a polynomial distortion) there is no ray, and the functions say so.
@@ -63,6 +63,8 @@ class Lens {
   // Precondition: the point lies in front of the sensor (z > 0).
   Eigen::Vector2d project(const Eigen::Vector3d& point) const;
   Projection project_with_gradients(const Eigen::Vector3d& point) const;
+  // The same into the caller's memory: derivatives of the pixel's coordinates by the lens parameters go to d_u and d_v.
+  Eigen::Vector2d project_into(const Eigen::Vector3d& point, Matrix2x3d& d_point, double* d_u, double* d_v) const;
 
   // No value where the pixel has no ray (see above).
   std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel) const;

@@ -7,6 +7,7 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
   std::set<BlockId> touched;
   for (const auto& view : views) {
     for (const BlockId& block : view->blocks()) {
+      sizes_.try_emplace(block, tangent_size(block, state));
       if (!held.contains(block)) touched.insert(block);
     }
   }
@@ -35,6 +36,23 @@ std::optional<int> Parameters::common_offset(const BlockId& block) const {
   return found->second;
 }
 
+std::optional<std::size_t> Parameters::placement_slot(std::size_t placement) const {
+  const auto found = offsets_.find({BlockId::Kind::placement, placement});
+  if (found == offsets_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found->second - common_size_) / 6;
+}
+
+std::vector<Parameters::Span> Parameters::spans(const View& view) const {
+  std::vector<Span> spans;
+  int column = 0;
+  for (const BlockId& block : view.blocks()) {
+    const int size = sizes_.at(block);
+    if (estimated(block)) spans.push_back({column, size, common_offset(block)});
+    column += size;
+  }
+  return spans;
+}
+
 std::vector<std::string> Parameters::common_names(const CalibrationState& state) const {
   static const char* const pose_names[] = {"rotation_x",    "rotation_y",    "rotation_z",
                                            "translation_x", "translation_y", "translation_z"};
@@ -53,6 +71,37 @@ std::vector<std::string> Parameters::common_names(const CalibrationState& state)
     }
   }
   return names;
+}
+
+CalibrationState moved(const CalibrationState& state, const Parameters& parameters, const Eigen::VectorXd& step) {
+  CalibrationState result = state;
+  int offset = 0;
+  const auto move = [&](Pose& pose) { pose = retract(pose, step.segment<6>(offset)); };
+  for (const BlockId& block : parameters.common_blocks()) {
+    switch (block.kind) {
+      case BlockId::Kind::lens: {
+        Lens& lens = result.rig.sensors[block.index].lens;
+        std::vector<double> values = lens.parameters();
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] += step[offset + static_cast<int>(i)];
+        lens = lens.with_parameters(std::move(values));
+        break;
+      }
+      case BlockId::Kind::mount:
+        move(result.rig.sensors[block.index].sensor_from_probe);
+        break;
+      case BlockId::Kind::warp:
+        result.board.warp_mm += step.segment<2>(offset);
+        break;
+      case BlockId::Kind::placement:
+        break;
+    }
+    offset += tangent_size(block, state);
+  }
+  for (const std::size_t p : parameters.placements()) {
+    move(result.probe_from_board[p]);
+    offset += 6;
+  }
+  return result;
 }
 
 }  // namespace crumple

@@ -1,0 +1,56 @@
+#include "tests/benchmark/mrcal_peer.h"
+
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "tests/python.h"
+
+namespace crumple {
+namespace {
+
+constexpr double kMetresPerMm = 1e-3;  // mrcal scales its unknowns for metres
+
+template <typename T>
+void write(const std::filesystem::path& file, const std::vector<T>& values) {
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
+}
+
+void append(const Pose& pose, std::vector<double>& values) {
+  const Eigen::Vector3d turn = rotation_vector(pose.rotation), shift = kMetresPerMm * pose.translation;
+  values.insert(values.end(), turn.begin(), turn.end());
+  values.insert(values.end(), shift.begin(), shift.end());
+}
+
+}  // namespace
+
+MrcalPeer::MrcalPeer(const Campaign& campaign) {
+  const CalibrationState& start = campaign.start;
+  std::vector<double> pixels, lenses, mounts, placements;
+  for (const CornerView& view : campaign.observations.corners) {
+    for (const Eigen::Vector2d& pixel : view.pixels) pixels.insert(pixels.end(), pixel.begin(), pixel.end());
+  }
+  for (const Sensor& sensor : start.rig.sensors) {
+    lenses.insert(lenses.end(), sensor.lens.parameters().begin(), sensor.lens.parameters().end());
+    append(sensor.sensor_from_probe, mounts);
+  }
+  for (const Pose& pose : start.probe_from_board) append(pose, placements);
+  write<std::int64_t>(folder_ / "sizes",
+                      {static_cast<std::int64_t>(start.rig.sensors.size()),
+                       static_cast<std::int64_t>(start.probe_from_board.size()), start.board.columns, 1});
+  write(folder_ / "pixels", pixels);
+  write(folder_ / "lenses", lenses);
+  write(folder_ / "mounts", mounts);
+  write(folder_ / "placements", placements);
+}
+
+PeerSolve MrcalPeer::solve() const {
+  static const std::string script = content_of(CRUMPLE_SOURCE_DIR "/tests/benchmark/mrcal_solve.py");
+  const std::string said = run_python(script, (folder_ / "").string());
+  PeerSolve solve;
+  if (!(std::istringstream(said) >> solve.seconds >> solve.cost)) throw std::runtime_error("mrcal: " + said);
+  return solve;
+}
+
+}  // namespace crumple

@@ -1,0 +1,25 @@
+// mrcal, under Debian's own Python, on the same campaign from the same start.
+#pragma once
+
+#include <string>
+
+#include "tests/benchmark/made_campaign.h"
+#include "tests/temporary_folder.h"
+
+namespace crumple {
+
+struct PeerSolve {
+  double seconds = 0;
+  double cost = 0;  // half the sum of squares, px^2
+};
+
+class MrcalPeer {
+ public:
+  explicit MrcalPeer(const Campaign& campaign);
+  PeerSolve solve() const;  // throws std::runtime_error with what mrcal said, where it fails
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace crumple
