@@ -5,18 +5,24 @@
 #include <Eigen/Cholesky>
 
 #include "calib/correlation.h"
+#include "calib/lens_prior.h"
 
 namespace crumple {
 namespace {
 
 constexpr double kSignificantWarp = 13.8;
 
+void add_lens_priors(const CalibrationState& start, BundleOptions& options) {
+  for (Prior& prior : lens_priors(start)) options.priors.push_back(std::move(prior));
+}
+
 // The cameras alone, refined: the projector's start wants lenses and board poses that are right to a fraction of a
 // pixel.
-Expected<CalibrationState> start_cameras(const CalibrationData& data, const BundleOptions& options) {
+Expected<CalibrationState> start_cameras(const CalibrationData& data, BundleOptions options) {
   auto state = initial_cameras(data.sensors, data.board, data.observations.corners, data.placement_names);
   if (!state) return state;
   Observations corners{data.observations.placement_count, data.observations.corners, {}, {}};
+  add_lens_priors(*state, options);
   auto refined = refine(*state, corners, options);
   if (!refined) return tl::unexpected(refined.error());
   return std::move(refined->state);
@@ -79,6 +85,8 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (!start) return tl::unexpected(start.error());
   if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
 
+  add_lens_priors(*start, bundle_options);
+
   CalibrationState refined_start = *start;
   if (!data.observations.stripes.empty()) {
     bundle_options.estimate_warp = options.warp != WarpChoice::off;
@@ -91,6 +99,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
   calibration->start = *start;
+  calibration->priors = bundle_options.priors;
   return calibration;
 }
 

@@ -1,5 +1,7 @@
 // From observations to a calibrated rig: closed-form start, then the joint refinement.
 //
+// Lens terms that observations can hardly tell apart have weak priors (calib/lens_prior.h), beside the priors given.
+//
 // Stripe readings are refined twice: once as if they were independent, which shows how their residuals are correlated
 // (calib/correlation.h), and once weighted by their effective number.
 #pragma once
@@ -37,6 +39,7 @@ struct Calibration {
   bool warp_estimated = false;
   double warp_statistic = 0;    // where it was tried
   double stripe_inflation = 1;  // stripe readings that count as one (calib/correlation.h)
+  std::vector<Prior> priors = {};
 };
 
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options);

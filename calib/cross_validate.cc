@@ -7,7 +7,6 @@
 #include <optional>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
@@ -15,6 +14,7 @@
 #include "solvers/closed_form/homography.h"
 #include "solvers/closed_form/plane.h"
 #include "solvers/closed_form/rigid_fit.h"
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -53,11 +53,12 @@ std::optional<LocalReading> fit_around(const StripeCoordinates& read, const Eige
       terms.row(i) << 1, o.x(), o.y(), o.x() * o.x(), o.x() * o.y(), o.y() * o.y();
     }
     const Eigen::Map<const Eigen::VectorXd> right(values.data(), count);
-    const Eigen::VectorXd solution = terms.colPivHouseholderQr().solve(right);
+    const Eigen::VectorXd solution = least_squares(terms, right);
     const Eigen::VectorXd residuals = (right - terms * solution).cwiseAbs();
     if (round == 1) {
       const double variance = residuals.squaredNorm() / static_cast<double>(count - kQuadraticTerms);
-      const double factor = (terms.transpose() * terms).inverse()(0, 0);
+      const Eigen::Matrix<double, kQuadraticTerms, kQuadraticTerms> normal = terms.transpose() * terms;
+      const double factor = normal.inverse()(0, 0);
       return LocalReading{solution[0], std::sqrt(variance * factor)};
     }
     std::vector<double> sorted(residuals.begin(), residuals.end());

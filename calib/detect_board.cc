@@ -8,7 +8,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/flatten_lighting.h"
+#include "calib/refine_corner.h"
 
 namespace crumple {
 namespace {
@@ -139,8 +139,13 @@ Expected<Start> start_of(const cv::Mat& image8, const Grid& grid, int columns, i
   return Start{*column, *row};
 }
 
+struct Placement {
+  Grid grid;
+  Start start;  // the board's column and row of the grid's first corner
+};
+
 // Of the grid and the grid after half a turn, the one that fits the board (see the header).
-Expected<DetectedBoard> place(const cv::Mat& image8, const Grid& upright, int columns, int rows) {
+Expected<Placement> place(const cv::Mat& image8, const Grid& upright, int columns, int rows) {
   const bool ends_differ = (columns + rows) % 2 == 1;
   const Grid half_turn = turned(upright);
   const bool swap = ends_differ ? false : mean_step_x(upright).x() < 0;
@@ -153,11 +158,33 @@ Expected<DetectedBoard> place(const cv::Mat& image8, const Grid& upright, int co
     start = start_of(image8, grid, columns, rows);
     if (!start) return tl::unexpected(start.error());
   }
+  return Placement{grid, *start};
+}
+
+// The step to the next corner along the rows (or columns), where there is one on either side by central difference.
+Eigen::Vector2d step_at(const Grid& grid, int row, int column, int along_row, int along_column) {
+  const auto clamped = [&](int sign) -> const Eigen::Vector2d& {
+    return grid.at(std::clamp(row + sign * along_row, 0, grid.rows - 1),
+                   std::clamp(column + sign * along_column, 0, grid.columns - 1));
+  };
+  const int last = along_row != 0 ? grid.rows - 1 : grid.columns - 1;
+  const int index = along_row != 0 ? row : column;
+  return (clamped(1) - clamped(-1)) / (index == 0 || index == last ? 1 : 2);
+}
+
+DetectedBoard refined(const cv::Mat& image, const Placement& placement, int board_columns) {
+  const Grid& grid = placement.grid;
   DetectedBoard board;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
-      board.corners.push_back((row + start->row) * columns + column + start->column);
-      board.pixels.push_back(grid.at(row, column));
+      const auto corner = refine_corner(image, grid.at(row, column), step_at(grid, row, column, 0, 1),
+                                        step_at(grid, row, column, 1, 0));
+      if (!corner) {
+        ++board.unrefined;
+        continue;
+      }
+      board.corners.push_back((row + placement.start.row) * board_columns + column + placement.start.column);
+      board.pixels.push_back(corner->pixel);
     }
   }
   return board;
@@ -196,11 +223,8 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   constexpr int kExhaustive = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_EXHAUSTIVE;
   constexpr int kNormalised = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_NORMALIZE_IMAGE;
   try {
-    const auto find = [&](const cv::Mat& from, int wide, int high) {
-      const auto found = find_grid(from, wide, high, kExhaustive);
-      return found ? found : find_grid(from, wide, high, kNormalised);
-    };
-    auto grid = find(image8, columns, rows);
+    auto grid = find_grid(image8, columns, rows, kExhaustive);
+    if (!grid) grid = find_grid(image8, columns, rows, kNormalised);
     if (!grid) grid = find_grid(image8, kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER);
     if (!grid) return fail(fmt::format("no chessboard with {} x {} inner corners found", columns, rows));
     const auto upright = aligned(*grid, columns, rows);
@@ -208,11 +232,15 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
       return fail(fmt::format("a grid of {} x {} corners was found where the board has {} x {}", grid->columns,
                               grid->rows, columns, rows));
     }
-    const auto even = find(flatten_lighting(image, upright->pixels, upright->columns, upright->rows), upright->columns,
-                           upright->rows);
-    const auto even_upright = even ? aligned(*even, columns, rows) : std::nullopt;
-    auto board = place(image8, even_upright ? *even_upright : *upright, columns, rows);
-    if (board) board->even_lighting = even_upright.has_value();
+    const auto placement = place(image8, *upright, columns, rows);
+    if (!placement) return tl::unexpected(placement.error());
+    DetectedBoard board = refined(image, *placement, columns);
+    if (2 * board.unrefined > static_cast<int>(upright->pixels.size())) {
+      return fail(
+          fmt::format("{} of the {} corners found do not look like crossing edges up close: the image is too "
+                      "blurred, too coarse or too noisy",
+                      board.unrefined, upright->pixels.size()));
+    }
     return board;
   } catch (const cv::Exception& error) {
     return fail(fmt::format("the chessboard detector failed: {}", error.err));

@@ -9,6 +9,7 @@
 //   * a square grid (columns = rows) would have four such orders and is refused;
 //   * a partial board is placed by its visible ends: along each direction in which corners are missing, exactly one end
 //     must be cut off by the image's border. Anything else is ambiguous and is refused.
+// Every corner's place is then the fit of calib/refine_corner.h.
 #pragma once
 
 #include <vector>
@@ -23,9 +24,7 @@ namespace crumple {
 struct DetectedBoard {
   std::vector<int> corners;             // Board::corner indices, ascending
   std::vector<Eigen::Vector2d> pixels;  // centres of pixels are integers
-  // Whether the corners were found again with the lighting divided out (calib/flatten_lighting.h). Where they were not,
-  // a brightness gradient may have moved them all by some hundredths of a pixel.
-  bool even_lighting = false;
+  int unrefined = 0;  // corners found that are left out because no two crossing edges fit them (calib/refine_corner.h)
   bool complete(const Board& board) const { return static_cast<int>(corners.size()) == board.corner_count(); }
 };
 

@@ -6,12 +6,12 @@
 #include <map>
 #include <optional>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "solvers/closed_form/homography.h"
 #include "solvers/closed_form/resection.h"
 #include "solvers/closed_form/zhang.h"
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -60,8 +60,8 @@ Pose mean_pose(const std::vector<Pose>& poses) {
     outer += pose.rotation.coeffs() * pose.rotation.coeffs().transpose();
     mean.translation += pose.translation / static_cast<double>(poses.size());
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(outer);
-  mean.rotation = Eigen::Quaterniond(eigen.eigenvectors().col(3).eval());
+  const SymmetricEigen eigen = symmetric_eigen(outer);
+  mean.rotation = Eigen::Quaterniond(Eigen::Vector4d(eigen.vectors.col(3)));
   return mean;
 }
 

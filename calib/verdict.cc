@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace crumple {
 namespace {
@@ -44,6 +45,12 @@ void judge_views(const Calibration& calibration, std::vector<std::string>& reaso
 }
 
 void judge_groups(const BundleResult& bundle, std::vector<std::string>& reasons) {
+  if (!bundle.settled) {
+    reasons.push_back(
+        fmt::format("outliers and noise did not settle within {} rounds: the model does not describe these "
+                    "observations",
+                    bundle.rounds));
+  }
   for (const GroupSummary& group : bundle.groups) {
     const std::string name = group_name(bundle.state.rig, group.sensor, group.kind);
     const double share = static_cast<double>(group.outliers) / static_cast<double>(group.observations);
@@ -88,10 +95,30 @@ void judge_geometry(const Calibration& calibration, std::vector<std::string>& re
                                     sensor.name, 100 * relative));
     }
   }
-  if (calibration.bundle.covariance.condition() > kIllConditioned) {
+  const bool held_by_priors = !calibration.bundle.undetermined.empty();
+  if (calibration.bundle.covariance.condition() > kIllConditioned && !held_by_priors) {
     reasons.push_back(fmt::format("{} can hardly be told apart: choose a lens model with fewer terms or add views",
                                   calibration.bundle.covariance.weakest_direction()));
   }
+}
+
+std::vector<std::string> notes_on(const BundleResult& bundle) {
+  constexpr std::size_t kNamed = 6;
+  std::vector<std::string> notes;
+  for (const Undetermined& undetermined : bundle.undetermined) {
+    const std::size_t named = std::min(kNamed, undetermined.terms.size());
+    const std::vector<std::string> terms(undetermined.terms.begin(),
+                                         undetermined.terms.begin() + static_cast<std::ptrdiff_t>(named));
+    const std::size_t more = undetermined.terms.size() - named;
+    notes.push_back(fmt::format(
+        "the observations do not determine {}{}{}: only a weak prior holds them; a lens model with fewer terms does "
+        "without",
+        fmt::join(terms, ", "), more > 0 ? fmt::format(" and {} more", more) : "",
+        undetermined.partners.empty()
+            ? ""
+            : fmt::format(", which trade places with {}", fmt::join(undetermined.partners, ", "))));
+  }
+  return notes;
 }
 
 }  // namespace
@@ -101,6 +128,7 @@ Verdict judge(const Calibration& calibration) {
   judge_views(calibration, verdict.reasons);
   judge_groups(calibration.bundle, verdict.reasons);
   judge_geometry(calibration, verdict.reasons);
+  verdict.notes = notes_on(calibration.bundle);
   verdict.ok = verdict.reasons.empty();
   return verdict;
 }

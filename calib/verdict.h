@@ -4,7 +4,10 @@
 // than a quarter of its observations were outliers, or (corners and features) all its residuals together are more than
 // 4 times that; a group lost more than 5 % of its observations, or was too small for a sigma of its own; fewer than
 // five placements, or tilts that span less than 20 degrees; a focal length less certain than 1 %; an information matrix
-// with a condition above 1e9 (then the weakest direction is named).
+// with a condition above 1e9 that no weak prior accounts for (then the weakest direction is named).
+//
+// Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
+// observations' reach does not depend on them, but their values mean nothing.
 #pragma once
 
 #include <string>
@@ -17,6 +20,7 @@ namespace crumple {
 struct Verdict {
   bool ok = true;
   std::vector<std::string> reasons;  // why not; empty where ok
+  std::vector<std::string> notes;    // what to know all the same
 };
 
 Verdict judge(const Calibration& calibration);

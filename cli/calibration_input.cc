@@ -221,9 +221,9 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
       input.skipped.push_back({sight.station, name, sight.reason, false});
       continue;
     }
-    if (!sight.board->even_lighting) {
-      log_warning(fmt::format("station {}, {}: the lighting could not be evened out; its corners may be biased",
-                              sight.station, name));
+    if (sight.board->unrefined > 0) {
+      log_warning(fmt::format("station {}, {}: {} corners are left out: no two crossing edges fit them", sight.station,
+                              name, sight.board->unrefined));
     }
     const auto [placement, is_new] = placements.try_emplace(sight.station, input.data.placement_names.size());
     if (is_new) input.data.placement_names.push_back(sight.station);

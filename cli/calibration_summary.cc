@@ -78,6 +78,32 @@ json views_json(const Calibration& calibration) {
   return views;
 }
 
+json priors_json(const Calibration& calibration) {
+  json priors = json::array();
+  for (const Prior& prior : calibration.priors) {
+    json sigmas = json::object();
+    const Eigen::VectorXd sigma = prior.sigmas();
+    for (std::size_t i = 0; i < prior.terms().size(); ++i) {
+      const PriorTerm& term = prior.terms()[i];
+      const auto names = parameter_names(term.block, calibration.bundle.state);
+      sigmas[names[static_cast<std::size_t>(term.row)]] = sigma[static_cast<Eigen::Index>(i)];
+    }
+    priors.push_back({{"name", prior.name()}, {"weak", prior.weak()}, {"sigma", sigmas}});
+  }
+  return priors;
+}
+
+json undetermined_json(const BundleResult& bundle) {
+  json all = json::array();
+  for (const Undetermined& undetermined : bundle.undetermined) {
+    all.push_back({{"prior", undetermined.prior},
+                   {"prior_share", undetermined.prior_share},
+                   {"terms", undetermined.terms},
+                   {"trade_places_with", undetermined.partners}});
+  }
+  return all;
+}
+
 json held_out_json(const HeldOutBoard& board) {
   return {{"station", board.station},
           {"points", board.points},
@@ -100,12 +126,15 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
   json summary{{"schema", "crumple-summary/1"},
                {"verdict", verdict.ok ? "ok" : "suspect"},
                {"reasons", verdict.reasons},
+               {"notes", verdict.notes},
                {"placements", calibration.placement_names.size()},
                {"sensors", json::object()},
                {"views", views_json(calibration)},
                {"skipped", json::array()},
                {"stripe_inflation", calibration.stripe_inflation},
                {"scale_uncertainty", "unknown: the board has no certificate"},
+               {"priors", priors_json(calibration)},
+               {"undetermined", undetermined_json(calibration.bundle)},
                {"condition", calibration.bundle.covariance.condition()},
                {"weakest_direction", calibration.bundle.covariance.weakest_direction()}};
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
@@ -126,6 +155,7 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
   const BundleResult& bundle = calibration.bundle;
   std::string text = fmt::format("verdict: {}\n", verdict.ok ? "ok" : "suspect");
   for (const std::string& reason : verdict.reasons) text += fmt::format("  - {}\n", reason);
+  for (const std::string& note : verdict.notes) text += fmt::format("note: {}\n", note);
   text += fmt::format("placements: {}\n", calibration.placement_names.size());
   for (const SkippedView& view : skipped) {
     text += fmt::format("  left out: station {}, {}: {}\n", view.station, view.sensor, view.reason);
@@ -140,11 +170,13 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
     }
     const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::lens, s}}, bundle.state);
     const std::vector<std::string> names = lens_parameter_names(sensor.lens.model());
-    for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::size_t shown = sensor.lens.splined() ? 4 : names.size();
+    for (std::size_t i = 0; i < shown; ++i) {
       const int row = static_cast<int>(i);
       text += fmt::format("  {:3} {:14.6f} +- {:.6f}\n", names[i], sensor.lens.parameters()[i],
                           std::sqrt(covariance(row, row)));
     }
+    if (shown < names.size()) text += fmt::format("  and {} control points\n", (names.size() - shown) / 2);
     if (s == 0) continue;
     const Eigen::Vector3d t = sensor.sensor_from_probe.translation;
     const Eigen::Vector3d r = rotation_vector(sensor.sensor_from_probe.rotation) * 180 / std::numbers::pi;

@@ -52,8 +52,10 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
   }
   sensor.size = read_size_px(map);
   if (const auto lens = map.find("lens")) {
-    sensor.lens_model =
-        lens->one_of({"LENSMODEL_OPENCV5", "LENSMODEL_OPENCV4", "LENSMODEL_OPENCV8", "LENSMODEL_PINHOLE"});
+    sensor.lens_model = lens->text();
+    if (lens_parameter_names(sensor.lens_model).empty()) {
+      lens->problem(fmt::format("must be one of {}, not `{}`", lens_model_choices(), sensor.lens_model));
+    }
   }
   if (sensor.kind == SensorKind::camera) {
     capture.files[name] = read_naming(name, map, files_values);

@@ -32,6 +32,26 @@ void reference_row(const StripeImages& images, const StripeStack& stack, std::si
   }
 }
 
+// Patterns against their inverses in bytes, as nearly all cameras give them: the same result as in floats, but the
+// compiler handles sixteen pixels at once.
+void decode_bytes(const StripeStack& stack, int y, std::span<std::uint16_t> code, std::span<std::uint8_t> margin) {
+  std::fill(code.begin(), code.end(), std::uint16_t{0});
+  std::fill(margin.begin(), margin.end(), std::uint8_t{255});
+  for (std::size_t b = 0; b < stack.patterns.size(); ++b) {
+    const auto* const pattern = stack.patterns[b].ptr<std::uint8_t>(y);
+    const auto* const inverse = stack.inverses[b].ptr<std::uint8_t>(y);
+    std::uint16_t* const codes = code.data();
+    std::uint8_t* const margins = margin.data();
+    for (std::size_t x = 0; x < code.size(); ++x) {
+      const std::uint8_t p = pattern[x], q = inverse[x];
+      const std::uint8_t d = p > q ? static_cast<std::uint8_t>(p - q) : static_cast<std::uint8_t>(q - p);
+      margins[x] = std::min(margins[x], d);
+      const auto one = static_cast<std::uint16_t>(p > q);
+      codes[x] = static_cast<std::uint16_t>((codes[x] << 1) | (one ^ (codes[x] & 1)));
+    }
+  }
+}
+
 class RowDecoder {
  public:
   RowDecoder(const StripeImages& images, const StripeStack& stack, const DecodeOptions& options)
@@ -39,11 +59,31 @@ class RowDecoder {
         stack_(stack),
         options_(options),
         count_(stripe_count(stack.orientation, images.projector)),
-        pattern_(static_cast<std::size_t>(images.white.cols)),
+        bytes_(options.bit_rule == BitRule::inverse && images.white.depth() == CV_8U),
+        codes_(static_cast<std::size_t>(images.white.cols)),
+        margins_(codes_.size()),
+        pattern_(codes_.size()),
         reference_(pattern_.size()),
         scratch_(pattern_.size()) {}
 
   void decode(int y, const std::uint8_t* lit, int* stripe, float* margin) {
+    const std::size_t width = pattern_.size();
+    if (bytes_) {
+      decode_bytes(stack_, y, codes_, margins_);
+      std::copy(codes_.begin(), codes_.end(), stripe);
+      std::copy(margins_.begin(), margins_.end(), margin);
+    } else {
+      decode_floats(y, stripe, margin);
+    }
+    const int offset = stack_.orientation.code_offset;
+    for (std::size_t x = 0; x < width; ++x) {
+      const int k = stripe[x] - offset;
+      stripe[x] = lit[x] != 0 && k >= 0 && k < count_ ? k : -1;
+    }
+  }
+
+ private:
+  void decode_floats(int y, int* stripe, float* margin) {
     const std::size_t width = pattern_.size();
     std::fill_n(stripe, width, 0);
     std::fill_n(margin, width, std::numeric_limits<float>::max());
@@ -57,18 +97,15 @@ class RowDecoder {
         margin[x] = std::min(margin[x], std::abs(d));
       }
     }
-    const int offset = stack_.orientation.code_offset;
-    for (std::size_t x = 0; x < width; ++x) {
-      const int k = stripe[x] - offset;
-      stripe[x] = lit[x] != 0 && k >= 0 && k < count_ ? k : -1;
-    }
   }
 
- private:
   const StripeImages& images_;
   const StripeStack& stack_;
   const DecodeOptions& options_;
   int count_;
+  bool bytes_;
+  std::vector<std::uint16_t> codes_;
+  std::vector<std::uint8_t> margins_;
   std::vector<float> pattern_, reference_, scratch_;
 };
 

@@ -216,9 +216,10 @@ class Station {
     const auto found = triangulator(*ray, crossing.coordinate_px);
     if (!found) return;
     // What a shift of the camera pixel does to the coordinate at fixed depth, and so to depth at a fixed coordinate.
-    const double slope =
-        triangulator.coordinate_px(*beside, found->depth_mm) - triangulator.coordinate_px(*ray, found->depth_mm);
-    const double sigma = std::abs(found->d_depth_d_coordinate * slope) * crossing.sigma_px;
+    const auto here = triangulator.coordinate_px(*ray, found->depth_mm);
+    const auto there = triangulator.coordinate_px(*beside, found->depth_mm);
+    if (!here || !there) return;
+    const double sigma = std::abs(found->d_depth_d_coordinate * (*there - *here)) * crossing.sigma_px;
     CloudPoint p = make_point(geometry_, *ray, {.depth_mm = found->depth_mm, .sigma_mm = sigma, .quality = 0.5});
     p.intensity = intensity(static_cast<int>(std::lround(crossing.camera_pixel.x())),
                             static_cast<int>(std::lround(crossing.camera_pixel.y())));

@@ -21,8 +21,10 @@ StripeTriangulator::StripeTriangulator(const Lens& projector, const Pose& proj_f
       translation_(proj_from_cam.translation),
       normal_(normal) {}
 
-double StripeTriangulator::coordinate_px(const Eigen::Vector3d& ray, double depth_mm) const {
-  return normal_.dot(projector_.project(rotation_ * (depth_mm * ray) + translation_));
+std::optional<double> StripeTriangulator::coordinate_px(const Eigen::Vector3d& ray, double depth_mm) const {
+  const auto pixel = projector_.project(rotation_ * (depth_mm * ray) + translation_);
+  if (!pixel) return std::nullopt;
+  return normal_.dot(*pixel);
 }
 
 // Without distortion n . (f x / z + c) = s is the plane a . X = 0 through the projector's centre.
@@ -39,10 +41,10 @@ std::optional<StripeDepth> StripeTriangulator::operator()(const Eigen::Vector3d&
   if (!std::isfinite(depth) || depth <= 0) return std::nullopt;
   for (int i = 0; i < kIterations; ++i) {
     const Eigen::Vector3d point = depth * direction + translation_;
-    if (!(depth > 0) || !(point.z() > 0)) return std::nullopt;
-    const Projection projection = projector_.project_with_gradients(point);
-    const double rate = normal_.dot(projection.d_point * direction);
-    const double error = normal_.dot(projection.pixel) - coordinate_px;
+    const auto projection = depth > 0 ? projector_.project_with_gradients(point) : std::nullopt;
+    if (!projection) return std::nullopt;
+    const double rate = normal_.dot(projection->d_point * direction);
+    const double error = normal_.dot(projection->pixel) - coordinate_px;
     if (!std::isfinite(error) || !(std::abs(rate) * depth > kLeastRate_px)) return std::nullopt;
     const double step = error / rate;
     // Once the step is lost in the depth's own rounding there is nothing left to gain.

@@ -29,8 +29,8 @@ class StripeTriangulator {
   // coordinate says nothing of depth.
   std::optional<StripeDepth> operator()(const Eigen::Vector3d& ray, double coordinate_px) const;
 
-  // n . lens(proj_from_cam (depth ray)); precondition: the point lies in front of the projector.
-  double coordinate_px(const Eigen::Vector3d& ray, double depth_mm) const;
+  // n . lens(proj_from_cam (depth ray)); no value where the projector does not light the point.
+  std::optional<double> coordinate_px(const Eigen::Vector3d& ray, double depth_mm) const;
 
  private:
   double plane_depth(const Eigen::Vector3d& ray, double coordinate_px) const;

@@ -21,6 +21,7 @@ using GroupKey = std::pair<std::size_t, View::Kind>;
 
 constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
+constexpr int kReadmittingRounds = 10;
 constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kSigmaFloor_px = 1e-9;  // noise-free data must not divide by zero
@@ -95,14 +96,16 @@ std::vector<Eigen::Matrix2d> hat_blocks(const View& view, const ViewEvaluation& 
 
 // The equations without robust loss at a state that predicts all views.
 NormalEquations equations_at(const Views& views, const std::vector<ViewWeights>& weights, const Parameters& parameters,
-                             const CalibrationState& state, int threads) {
+                             const CalibrationState& state, const BundleOptions& options) {
   const auto evaluate = [&](std::size_t v, ViewEvaluation& evaluation) {
     views[v]->evaluate(state, true, evaluation);
     whiten(*views[v], weights[v], evaluation);
     discount(weights[v], evaluation);
     return true;
   };
-  return *NormalEquations::of(views, parameters, evaluate, threads);
+  NormalEquations equations = *NormalEquations::of(views, parameters, evaluate, options.threads);
+  for (const Prior& prior : options.priors) equations.add(prior, state);
+  return equations;
 }
 
 Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeights>& weights,
@@ -133,14 +136,16 @@ double standardised_square(const Eigen::VectorXd& residuals_px, int i, int d, do
   return residual_px.dot(variance.inverse() * residual_px) / (sigma_px * sigma_px);
 }
 
-// Re-decides every observation; returns how many changed sides.
-std::size_t gate_outliers(const Views& views, const Linearisation& at, double gate, std::vector<ViewWeights>& weights) {
+// Re-decides every observation (without `readmit` only those that count); returns how many changed sides.
+std::size_t gate_outliers(const Views& views, const Linearisation& at, double gate, bool readmit,
+                          std::vector<ViewWeights>& weights) {
   std::size_t changed = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
     const double limit = gate_for(d, gate);
     for (int i = 0; i < views[v]->size(); ++i) {
       char& inlier = weights[v].inlier[static_cast<std::size_t>(i)];
+      if (!inlier && !readmit) continue;
       const double square = standardised_square(at.residuals_px[v], i, d, weights[v].sigma_px,
                                                 at.hats[v][static_cast<std::size_t>(i)], inlier != 0);
       const char now = square <= limit;
@@ -203,12 +208,14 @@ ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px
 }
 
 // Stage 1: leaves the state near the optimum of the good observations, and their sigmas in the weights.
-Expected<void> converge_robustly(const Views& views, const Parameters& parameters, int threads,
+Expected<void> converge_robustly(const Views& views, const Parameters& parameters, const BundleOptions& options,
                                  std::vector<ViewWeights>& weights, CalibrationState& state) {
-  const MinimiseOptions minimise_options{
-      .cauchy_scale = kCauchyScale, .threads = threads, .tolerance = kRobustTolerance};
+  const MinimiseOptions minimise_options{.cauchy_scale = kCauchyScale,
+                                         .threads = options.threads,
+                                         .priors = options.priors,
+                                         .tolerance = kRobustTolerance};
   for (int round = 0;; ++round) {
-    const auto residuals = residuals_at(views, state, threads);
+    const auto residuals = residuals_at(views, state, options.threads);
     if (!residuals) return tl::unexpected(residuals.error());
     set_sigmas(views, robust_sigmas(views, *residuals), weights);
     if (round == kRobustRounds) return {};
@@ -270,27 +277,31 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     weights.push_back({1, inflation, std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
   }
 
-  if (const auto done = converge_robustly(views, parameters, options.threads, weights, state); !done) {
+  if (const auto done = converge_robustly(views, parameters, options, weights, state); !done) {
     return tl::unexpected(done.error());
   }
   if (options.reject_outliers) {
-    const auto equations = equations_at(views, weights, parameters, state, options.threads);
+    const NormalEquations equations = equations_at(views, weights, parameters, state, options);
     const auto at = linearise(views, weights, equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
-    gate_outliers(views, *at, options.gate, weights);
+    gate_outliers(views, *at, options.gate, true, weights);
   }
+  const MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors};
   for (int round = 1;; ++round) {
-    const auto minimum = minimise(views, weights, parameters, {std::nullopt, options.threads}, state);
+    const auto minimum = minimise(views, weights, parameters, minimise_options, state);
     if (!minimum) return tl::unexpected(minimum.error());
-    auto at = linearise(views, weights, minimum->equations, state, options.threads);
+    const auto at = linearise(views, weights, minimum->equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
     const auto groups = summarise_groups(views, *at, weights, options);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
-    const std::size_t changed = options.reject_outliers ? gate_outliers(views, *at, options.gate, next) : 0;
-    if ((changed == 0 && same_sigmas) || round == kMaxRounds) {
-      BundleResult result{std::move(state), {}, {}, std::move(at->covariance), round};
+    const std::size_t changed =
+        options.reject_outliers ? gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next) : 0;
+    const bool unchanged = changed == 0 && same_sigmas;
+    if (unchanged || round == kMaxRounds) {
+      std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
+      BundleResult result{std::move(state), {}, {}, at->covariance, round, unchanged, std::move(undetermined)};
       for (const auto& [key, group] : groups) result.groups.push_back(group);
       for (std::size_t v = 0; v < views.size(); ++v) {
         result.views.push_back(summarise_view(*views[v], at->residuals_px[v], weights[v]));

@@ -5,10 +5,14 @@
 //   2. Gate and solve: an observation is an outlier where its squared residual, standardised by its own redundancy,
 //      r' (I - J C J')^-1 r / sigma^2, exceeds the gate: 16 in two dimensions, and in one the 12.87 that clean data
 //      exceeds equally often (3.4 in 10,000). Observations left out are tested with I + J C J'. Least squares on the
-//      rest, sigma anew, until neither changes.
+//      rest, sigma anew, until neither changes. From the tenth round on what is left out stays out, so that an
+//      observation on the gate's edge cannot go in and out for ever.
 //   3. Sigma of a group: its sum of squares over its redundancy (observations less the trace of their hat matrix), and
 //      over the share of the variance that a chi-square distribution cut at the gate keeps. A group with a redundancy
 //      under 50 keeps its prior sigma and says so.
+//
+// Priors (solvers/prior.h) count as observations of their own, in the solve and in the covariance; they are whitened
+// already and never outliers. Weak ones name what the observations leave undetermined.
 //
 // Groups are formed by sensor and kind of observation: "cam0.corners", "proj0.stripes", "cam0.features".
 // Gauge: the reference sensor (the first) has its mount held.
@@ -20,7 +24,9 @@
 #include <vector>
 
 #include "solvers/covariance.h"
+#include "solvers/prior.h"
 #include "solvers/residuals.h"
+#include "solvers/undetermined.h"
 
 namespace crumple {
 
@@ -34,6 +40,7 @@ struct BundleOptions {
   // weight and so the covariance; sigma and the gate are of single readings.
   double stripe_inflation = 1;
   std::set<BlockId> held = {};  // further blocks that keep their start, such as a lens known from elsewhere
+  std::vector<Prior> priors = {};
   int threads = 1;
 };
 
@@ -64,7 +71,9 @@ struct BundleResult {
   std::vector<GroupSummary> groups;
   std::vector<ViewSummary> views;  // in the order of make_views
   JointCovariance covariance;
-  int rounds = 0;  // of gating and solving
+  int rounds = 0;                               // of gating and solving
+  bool settled = false;                         // whether the last round changed no observation's side and no sigma
+  std::vector<Undetermined> undetermined = {};  // terms that weak priors decide
 };
 
 Expected<BundleResult> refine(const CalibrationState& start, const Observations& observations,

@@ -6,8 +6,9 @@
 #include <numeric>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -39,15 +40,14 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
     const Matrix6d& information = equations.placements()[p].information;
     const Eigen::Vector<double, 6> scale = information.diagonal().cwiseSqrt().cwiseInverse();
     const Matrix6d equilibrated = scale.asDiagonal() * information * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(equilibrated);
-    if (!scale.allFinite() || eigen.eigenvalues()[0] < kSingular) {
+    const SymmetricEigen eigen = symmetric_eigen(equilibrated);
+    if (!scale.allFinite() || eigen.values[0] < kSingular) {
       return fail(fmt::format("the pose of board placement {} is not determined by its observations",
                               parameters.placements()[p]));
     }
-    const Matrix6d inverse =
-        scale.asDiagonal() *
-        (eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose()) *
-        scale.asDiagonal();
+    const Matrix6d inverse = scale.asDiagonal() *
+                             (eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose()) *
+                             scale.asDiagonal();
     const auto& coupling = equations.placements()[p].coupling;
     result.placement_inverse_.push_back(inverse);
     result.gain_.push_back(coupling * inverse);
@@ -63,15 +63,15 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   }
   const Eigen::VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd equilibrated = scale.asDiagonal() * schur * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(equilibrated);
-  result.weakest_direction_ = in_words(eigen.eigenvectors().col(0), names);
-  if (!(eigen.eigenvalues()[0] > kSingular)) {
+  const SymmetricEigen eigen = symmetric_eigen(equilibrated);
+  result.weakest_direction_ = in_words(eigen.vectors.col(0), names);
+  if (!(eigen.values[0] > kSingular)) {
     return fail(
         fmt::format("the observations do not determine the parameters: {} can move together without changing "
                     "any residual; add views that tell them apart or choose a lens model with fewer terms",
                     result.weakest_direction_));
   }
-  result.condition_ = eigen.eigenvalues().tail<1>()[0] / eigen.eigenvalues()[0];
+  result.condition_ = eigen.values.tail<1>()[0] / eigen.values[0];
   const Eigen::MatrixXd inverse = equilibrated.llt().solve(Eigen::MatrixXd::Identity(schur.rows(), schur.cols()));
   result.common_ = scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
   return result;

@@ -44,7 +44,11 @@ Expected<Minimum> minimise(const std::vector<std::unique_ptr<View>>& views, cons
       discount(weights[v], evaluation);
       return true;
     };
-    return NormalEquations::of(views, parameters, evaluate, options.threads);
+    auto equations = NormalEquations::of(views, parameters, evaluate, options.threads);
+    for (const Prior& prior : options.priors) {
+      if (equations) equations->add(prior, at);
+    }
+    return equations;
   };
 
   auto equations = equations_at(state);

@@ -20,9 +20,10 @@
 namespace crumple {
 
 struct MinimiseOptions {
-  std::optional<double> cauchy_scale;  // in units of sigma; none: least squares
+  std::optional<double> cauchy_scale = {};  // in units of sigma; none: least squares
   int threads = 1;
   int max_iterations = 100;
+  std::vector<Prior> priors = {};
   double tolerance = 1e-14;  // of the predicted decrease, relative to the cost
 };
 

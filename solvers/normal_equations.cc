@@ -1,6 +1,7 @@
 #include "solvers/normal_equations.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include <Eigen/Cholesky>
@@ -10,8 +11,17 @@
 namespace crumple {
 namespace {
 
-constexpr std::size_t kParts = 32;            // a constant: the sums' bits depend on it
-constexpr std::size_t kPanelPlacements = 16;  // eliminated together
+constexpr std::size_t kMostParts = 32;
+constexpr std::size_t kLeastParts = 4;
+constexpr std::size_t kPartsEntries = 8'000'000;  // of the common equations, in all parts together
+constexpr std::size_t kPanelPlacements = 16;      // eliminated together
+
+// How many parts the work falls into. The sums' bits depend on it, so it depends on the number of common parameters
+// alone.
+std::size_t part_count(int common_size) {
+  const auto entries = static_cast<std::size_t>(std::max(common_size, 1)) * static_cast<std::size_t>(common_size + 1);
+  return std::clamp(kPartsEntries / std::max<std::size_t>(entries, 1), kLeastParts, kMostParts);
+}
 
 // Views in the order of their placements, and where each part of them begins; no placement is in two parts.
 struct Partition {
@@ -19,13 +29,13 @@ struct Partition {
   std::vector<std::size_t> begins;  // one more than there are parts
 };
 
-Partition partition(const std::vector<std::unique_ptr<View>>& views) {
+Partition partition(const std::vector<std::unique_ptr<View>>& views, std::size_t parts) {
   Partition result;
   result.order.resize(views.size());
   std::iota(result.order.begin(), result.order.end(), std::size_t{0});
   std::stable_sort(result.order.begin(), result.order.end(),
                    [&](std::size_t a, std::size_t b) { return views[a]->placement() < views[b]->placement(); });
-  const std::size_t share = (views.size() + kParts - 1) / kParts;
+  const std::size_t share = (views.size() + parts - 1) / parts;
   for (std::size_t i = 0; i < result.order.size(); ++i) {
     const bool new_placement = i == 0 || views[result.order[i]]->placement() != views[result.order[i - 1]]->placement();
     if (new_placement && (i == 0 || i - result.begins.back() >= share)) result.begins.push_back(i);
@@ -129,22 +139,40 @@ void NormalEquations::add(const View& view, const ViewEvaluation& whitened, Comm
   const Eigen::VectorXd gradient = from_blocks.transpose() * (jacobian.transpose() * whitened.residuals);
   sums.cost += 0.5 * whitened.residuals.squaredNorm();
 
-  const auto spans = parameters_->spans(view);
-  const auto slot = parameters_->placement_slot(view.placement());
-  PlacementEquations* const placement = slot ? &placements_[*slot] : nullptr;
+  scatter(view.blocks(), information, gradient, sums);
+}
+
+void NormalEquations::add(const Prior& prior, const CalibrationState& state) {
+  const WhitenedPrior whitened = prior.evaluate(state);
+  Eigen::Index columns = 0;
+  for (const RowMajorMatrix& block : whitened.jacobians) columns += block.cols();
+  Eigen::MatrixXd jacobian(whitened.residuals.size(), columns);
+  columns = 0;
+  for (const RowMajorMatrix& block : whitened.jacobians) {
+    jacobian.middleCols(columns, block.cols()) = block;
+    columns += block.cols();
+  }
+  sums_.cost += 0.5 * whitened.residuals.squaredNorm();
+  scatter(prior.blocks(), jacobian.transpose() * jacobian, jacobian.transpose() * whitened.residuals, sums_);
+}
+
+void NormalEquations::scatter(const std::vector<BlockId>& blocks, const Eigen::MatrixXd& information,
+                              const Eigen::VectorXd& gradient, CommonSums& sums) {
+  const std::vector<Parameters::Span> spans = parameters_->spans(blocks);
   for (const Parameters::Span& row : spans) {
-    if (!row.common_offset) {
-      placement->information += information.block<6, 6>(row.column, row.column);
-      placement->gradient += gradient.segment<6>(row.column);
+    if (row.placement) {
+      PlacementEquations& placement = placements_[*row.placement];
+      placement.information += information.block<6, 6>(row.column, row.column);
+      placement.gradient += gradient.segment<6>(row.column);
       continue;
     }
-    sums.gradient.segment(*row.common_offset, row.size) += gradient.segment(row.column, row.size);
+    sums.gradient.segment(row.common_offset, row.size) += gradient.segment(row.column, row.size);
     for (const Parameters::Span& column : spans) {
       const auto block = information.block(row.column, column.column, row.size, column.size);
-      if (column.common_offset) {
-        sums.information.block(*row.common_offset, *column.common_offset, row.size, column.size) += block;
+      if (column.placement) {
+        placements_[*column.placement].coupling.middleRows(row.common_offset, row.size) += block;
       } else {
-        placement->coupling.middleRows(*row.common_offset, row.size) += block;
+        sums.information.block(row.common_offset, column.common_offset, row.size, column.size) += block;
       }
     }
   }
@@ -154,7 +182,7 @@ std::optional<NormalEquations> NormalEquations::of(const std::vector<std::unique
                                                    const Parameters& parameters, const Evaluate& evaluate,
                                                    int threads) {
   NormalEquations equations(parameters);
-  const Partition parts = partition(views);
+  const Partition parts = partition(views, part_count(parameters.common_size()));
   std::vector<CommonSums> sums(parts.begins.size() - 1, equations.sums_);
   std::vector<char> predicted(sums.size(), 1);
   parallel_for(sums.size(), threads, [&](std::size_t part) {
@@ -181,7 +209,7 @@ std::optional<DampedStep> NormalEquations::solve(double damping, int threads) co
   const int n = parameters_->common_size();
   const Eigen::VectorXd scale = equilibrating_scale(sums_.information);
   std::vector<Eliminated> eliminated(placements_.size());
-  const std::size_t share = std::max<std::size_t>(1, (placements_.size() + kParts - 1) / kParts);
+  const std::size_t share = placements_.size() / part_count(n) + 1;
   std::vector<Reduction> parts((placements_.size() + share - 1) / share);
   parallel_for(parts.size(), threads, [&](std::size_t part) {
     parts[part] =

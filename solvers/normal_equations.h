@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "solvers/parameters.h"
+#include "solvers/prior.h"
 
 namespace crumple {
 
@@ -38,6 +39,8 @@ class NormalEquations {
 
   // Adds a whitened view.
   void add(const View& view, const ViewEvaluation& whitened);
+  // A prior counts as one more observation.
+  void add(const Prior& prior, const CalibrationState& state);
 
   // Evaluates view v, whitened, with its Jacobian; false where it cannot be predicted.
   using Evaluate = std::function<bool(std::size_t v, ViewEvaluation&)>;
@@ -60,6 +63,9 @@ class NormalEquations {
     double cost = 0;
   };
   void add(const View& view, const ViewEvaluation& whitened, CommonSums& sums);
+  // Information and gradient by the tangents of blocks, side by side; at most one of them is a placement.
+  void scatter(const std::vector<BlockId>& blocks, const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient,
+               CommonSums& sums);
 
   const Parameters* parameters_;
   CommonSums sums_;

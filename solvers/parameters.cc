@@ -7,7 +7,6 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
   std::set<BlockId> touched;
   for (const auto& view : views) {
     for (const BlockId& block : view->blocks()) {
-      sizes_.try_emplace(block, tangent_size(block, state));
       if (!held.contains(block)) touched.insert(block);
     }
   }
@@ -18,6 +17,7 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     common_size_ += tangent_size(block, state);
   };
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    lens_sizes_.push_back(state.rig.sensors[s].lens.parameter_count());
     add_common({BlockId::Kind::lens, s});
     add_common({BlockId::Kind::mount, s});
   }
@@ -42,33 +42,28 @@ std::optional<std::size_t> Parameters::placement_slot(std::size_t placement) con
   return static_cast<std::size_t>(found->second - common_size_) / 6;
 }
 
-std::vector<Parameters::Span> Parameters::spans(const View& view) const {
+std::vector<Parameters::Span> Parameters::spans(const std::vector<BlockId>& blocks) const {
   std::vector<Span> spans;
   int column = 0;
-  for (const BlockId& block : view.blocks()) {
-    const int size = sizes_.at(block);
-    if (estimated(block)) spans.push_back({column, size, common_offset(block)});
+  for (const BlockId& block : blocks) {
+    const int size = block.kind == BlockId::Kind::lens   ? lens_sizes_[block.index]
+                     : block.kind == BlockId::Kind::warp ? 2
+                                                         : 6;
+    if (const auto slot = block.kind == BlockId::Kind::placement ? placement_slot(block.index) : std::nullopt) {
+      spans.push_back({column, size, 0, slot});
+    } else if (const auto offset = common_offset(block)) {
+      spans.push_back({column, size, *offset, std::nullopt});
+    }
     column += size;
   }
   return spans;
 }
 
 std::vector<std::string> Parameters::common_names(const CalibrationState& state) const {
-  static const char* const pose_names[] = {"rotation_x",    "rotation_y",    "rotation_z",
-                                           "translation_x", "translation_y", "translation_z"};
   std::vector<std::string> names;
   for (const BlockId& block : common_blocks_) {
-    if (block.kind == BlockId::Kind::warp) {
-      names.insert(names.end(), {"board.warp_x", "board.warp_y"});
-      continue;
-    }
-    const Sensor& sensor = state.rig.sensors[block.index];
-    if (block.kind == BlockId::Kind::lens) {
-      for (const std::string& name : lens_parameter_names(sensor.lens.model()))
-        names.push_back(sensor.name + "." + name);
-    } else {
-      for (const char* name : pose_names) names.push_back(sensor.name + "." + name);
-    }
+    const std::vector<std::string> of_block = parameter_names(block, state);
+    names.insert(names.end(), of_block.begin(), of_block.end());
   }
   return names;
 }
@@ -102,6 +97,20 @@ CalibrationState moved(const CalibrationState& state, const Parameters& paramete
     offset += 6;
   }
   return result;
+}
+
+std::vector<std::string> parameter_names(const BlockId& block, const CalibrationState& state) {
+  if (block.kind == BlockId::Kind::warp) return {"board.warp_x", "board.warp_y"};
+  std::string owner = "placement " + std::to_string(block.index);
+  std::vector<std::string> names{"rotation_x",    "rotation_y",    "rotation_z",
+                                 "translation_x", "translation_y", "translation_z"};
+  if (block.kind != BlockId::Kind::placement) {
+    const Sensor& sensor = state.rig.sensors[block.index];
+    owner = sensor.name;
+    if (block.kind == BlockId::Kind::lens) names = lens_parameter_names(sensor.lens.model());
+  }
+  for (std::string& name : names) name = owner + "." + name;
+  return names;
 }
 
 }  // namespace crumple

@@ -28,21 +28,22 @@ class Parameters {
   std::optional<std::size_t> placement_slot(std::size_t placement) const;  // where it stands in placements()
   int size() const { return common_size_ + 6 * static_cast<int>(placements_.size()); }
 
-  // Where the estimated blocks of a view stand: in ViewEvaluation::local_from_blocks, and in the common part (no offset
-  // for its placement).
+  // Where the estimated ones of some blocks stand: among the tangents of all those given, side by side, and in the
+  // common part or among the placements.
   struct Span {
-    int column;
-    int size;
-    std::optional<int> common_offset;
+    int column = 0;
+    int size = 0;
+    int common_offset = 0;
+    std::optional<std::size_t> placement;  // its slot; then there is no offset
   };
-  std::vector<Span> spans(const View& view) const;
+  std::vector<Span> spans(const std::vector<BlockId>& blocks) const;
 
   // "cam0.fx", "proj0.rotation_x", "board.warp_x": one per row of the common part.
   std::vector<std::string> common_names(const CalibrationState& state) const;
 
  private:
   std::map<BlockId, int> offsets_;
-  std::map<BlockId, int> sizes_;  // of held ones too
+  std::vector<int> lens_sizes_;
   std::vector<BlockId> common_blocks_;
   std::vector<std::size_t> placements_;
   int common_size_ = 0;
@@ -50,5 +51,8 @@ class Parameters {
 
 // The state moved by a joint tangent step, in the order of the parameters.
 CalibrationState moved(const CalibrationState& state, const Parameters& parameters, const Eigen::VectorXd& step);
+
+// "cam0.fx", "board.warp_y", "placement 3.rotation_x": one per row of the block's tangent.
+std::vector<std::string> parameter_names(const BlockId& block, const CalibrationState& state);
 
 }  // namespace crumple

@@ -35,15 +35,17 @@ class CornerResiduals final : public View {
       const Eigen::Vector3d corner = state.board.corner(view_.corners[i]);
       const Eigen::Vector3d turned = rotation * corner;
       const Eigen::Vector3d in_sensor = turned + sensor_from_board.translation;
-      if (in_sensor.z() <= 0) return false;
       if (!with_jacobians) {
-        evaluation.residuals.segment<2>(2 * i) = sensor.lens.project(in_sensor) - view_.pixels[i];
+        const auto pixel = sensor.lens.project(in_sensor);
+        if (!pixel) return false;
+        evaluation.residuals.segment<2>(2 * i) = *pixel - view_.pixels[i];
         continue;
       }
       double* const u = evaluation.jacobian.row(2 * i).data();
+      Eigen::Vector2d pixel;
       Matrix2x3d d_point;
-      evaluation.residuals.segment<2>(2 * i) =
-          sensor.lens.project_into(in_sensor, d_point, u, u + columns) - view_.pixels[i];
+      if (!sensor.lens.project_into(in_sensor, pixel, d_point, u, u + columns)) return false;
+      evaluation.residuals.segment<2>(2 * i) = pixel - view_.pixels[i];
       const Eigen::RowVector2d d_height = state.board.d_height_d_warp(corner.x(), corner.y()).transpose();
       for (int k = 0; k < 2; ++k) {
         Eigen::Map<Eigen::RowVector<double, 8>> rest(u + k * columns + lens);

@@ -43,9 +43,7 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
   const auto ray = source_lens_.ray(source_pixel);
   const auto point = ray ? meet(*ray) : std::nullopt;
   if (!point) return std::nullopt;
-  const Eigen::Vector3d in_target = target_from_board_ * point->in_board;
-  if (in_target.z() <= 0) return std::nullopt;
-  return target_lens_.project(in_target);
+  return target_lens_.project(target_from_board_ * point->in_board);
 }
 
 std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& source_pixel,
@@ -53,9 +51,8 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
   const auto ray = source_lens_.ray_with_gradients(source_pixel);
   const auto point = ray ? meet(ray->direction) : std::nullopt;
   if (!point) return std::nullopt;
-  const Eigen::Vector3d in_target = target_from_board_ * point->in_board;
-  if (in_target.z() <= 0) return std::nullopt;
-  const Projection projection = target_lens_.project_with_gradients(in_target);
+  const auto projection = target_lens_.project_with_gradients(target_from_board_ * point->in_board);
+  if (!projection) return std::nullopt;
 
   // At fixed depth first; sliding along the ray back onto the surface is a projection P = I - v n' / (n'v).
   const Eigen::Matrix3d board_from_source = source_from_board_.rotation.conjugate().toRotationMatrix();
@@ -65,15 +62,16 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
   Matrix3x6d d_source_pose;
   d_source_pose << board_from_source * cross_matrix(lever), -board_from_source;
 
-  const Eigen::Matrix<double, 2, 3> d_board_point = projection.d_point * target_from_board_.rotation.toRotationMatrix();
+  const Eigen::Matrix<double, 2, 3> d_board_point =
+      projection->d_point * target_from_board_.rotation.toRotationMatrix();
 
   derivative.source_lens = d_board_point * onto_surface * (point->depth * (board_from_source * ray->d_parameters));
   derivative.source_pose = d_board_point * onto_surface * d_source_pose;
-  derivative.target_lens = projection.d_parameters;
-  derivative.target_pose = projection.d_point * d_transformed_d_pose(target_from_board_, point->in_board);
+  derivative.target_lens = projection->d_parameters;
+  derivative.target_pose = projection->d_point * d_transformed_d_pose(target_from_board_, point->in_board);
   const Eigen::Vector2d d_height = board_.d_height_d_warp(point->in_board.x(), point->in_board.y());
   derivative.warp = d_board_point * (point->ray_in_board / slope) * d_height.transpose();
-  return projection.pixel;
+  return projection->pixel;
 }
 
 }  // namespace crumple

@@ -9,6 +9,7 @@
 #include "cli/calibration_input.h"
 #include "cli/calibration_summary.h"
 #include "cli/flags.h"
+#include "cli/lens_choice_summary.h"
 #include "cli/progress.h"
 #include "cli/record.h"
 #include "cli/truth_text.h"
@@ -23,6 +24,9 @@ DEFINE_string(projector_from, "auto",
               "what the projector is calibrated from: stripes, chessboard, or auto: all of it that the capture has");
 DEFINE_bool(cross_validate, false,
             "also leave each board placement out in turn and reconstruct it with the rig of the others");
+DEFINE_string(
+    lens, "",
+    "lens model of all sensors, such as LENSMODEL_OPENCV5; auto: chosen by the data; empty: as capture.yaml says");
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
 namespace crumple {
@@ -49,6 +53,25 @@ Expected<ProjectorSource> source_from_flags() {
   return fail(fmt::format("--projector_from={} is none of auto, stripes and chessboard", FLAGS_projector_from));
 }
 
+Expected<void> check_lens_flag() {
+  if (FLAGS_lens.empty() || FLAGS_lens == "auto" || !lens_parameter_names(FLAGS_lens).empty()) return {};
+  return fail(fmt::format("--lens={} is neither auto nor one of {}", FLAGS_lens, lens_model_choices()));
+}
+
+// Sets the sensors' lens models as --lens says; the comparison where it was to be made.
+Expected<std::vector<LensChoice>> apply_lens_flag(const CalibrationOptions& options, CalibrationData& data) {
+  if (FLAGS_lens == "auto") {
+    Progress progress("choosing the lens models", lens_choice_steps(data));
+    auto choices = choose_lenses(data, options, [&progress] { progress.advance(); });
+    if (choices) data = with_lenses(std::move(data), *choices);
+    return choices;
+  }
+  for (SensorSpec& sensor : data.sensors) {
+    if (!FLAGS_lens.empty()) sensor.lens_model = FLAGS_lens;
+  }
+  return std::vector<LensChoice>();
+}
+
 // What stopped the calibration, with the views it had to do without.
 std::string explained(const std::string& message, const Capture& capture, const std::vector<SkippedView>& skipped) {
   std::string text = fmt::format("{}: {}", capture.description.string(), message);
@@ -64,12 +87,15 @@ Expected<VerbResult> run(const VerbContext& context) {
   if (!options) return usage_error(options.error().message);
   const auto source = source_from_flags();
   if (!source) return usage_error(source.error().message);
+  if (const auto known = check_lens_flag(); !known) return usage_error(known.error().message);
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
-  const auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
+  auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
   if (!input) return tl::unexpected(input.error());
+  const auto lenses = apply_lens_flag(*options, input->data);
+  if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
   const auto calibration = calibrate(input->data, *options);
   if (!calibration) return fail(explained(calibration.error().message, *capture, input->skipped));
   const Verdict verdict = judge(*calibration);
@@ -78,6 +104,10 @@ Expected<VerbResult> run(const VerbContext& context) {
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
   result.document = calibration_summary(*calibration, verdict, input->skipped);
   result.text = calibration_text(*calibration, verdict, input->skipped);
+  if (!lenses->empty()) {
+    result.document["lens_choice"] = lens_choice_summary(*lenses);
+    result.text += lens_choice_text(*lenses);
+  }
   if (FLAGS_cross_validate) {
     Progress progress("cross-validating", input->stripes.size());
     const auto validation =
@@ -122,7 +152,7 @@ Verb calibrate_verb() {
               "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
           .min_inputs = 1,
           .max_inputs = 1,
-          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "cross_validate", "truth",
+          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate", "truth",
                     "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run};

@@ -97,10 +97,8 @@ struct View {
   }
 
   std::optional<Eigen::Vector2d> pixel_of(const Eigen::Vector3d& point) const {
-    const Eigen::Vector3d in_sensor = sensor_from_surface * point;
-    if (in_sensor.z() <= 0) return std::nullopt;
-    const Eigen::Vector2d pixel = lens.project(in_sensor);
-    if (!inside(pixel, lens.size())) return std::nullopt;
+    const auto pixel = lens.project(sensor_from_surface * point);
+    if (!pixel || !inside(*pixel, lens.size())) return std::nullopt;
     return pixel;
   }
 };

@@ -81,9 +81,9 @@ std::optional<Eigen::Vector2d> PreparedProjector::pixel_towards(const Eigen::Vec
   const Eigen::Vector3d in_focus = lens_point + projector.optics.focus_distance_mm / point.z() * (point - lens_point);
   if (in_focus.head<2>().norm() > widest_slope * in_focus.z()) return std::nullopt;
   const Lens& lens = projector.sensor.lens;
-  const Eigen::Vector2d pixel = lens.project(in_focus);
-  const bool on_panel = pixel.x() > -margin_px && pixel.x() < lens.size().width_px - 1 + margin_px &&
-                        pixel.y() > -margin_px && pixel.y() < lens.size().height_px - 1 + margin_px;
+  const auto pixel = lens.project(in_focus);
+  const bool on_panel = pixel && pixel->x() > -margin_px && pixel->x() < lens.size().width_px - 1 + margin_px &&
+                        pixel->y() > -margin_px && pixel->y() < lens.size().height_px - 1 + margin_px;
   if (!on_panel) return std::nullopt;
   return pixel;
 }

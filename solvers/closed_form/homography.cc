@@ -5,7 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -47,11 +48,11 @@ Expected<Eigen::Matrix3d> homography(const Points2d& a, const Points2d& b) {
     equations.block<1, 3>(row + 1, 3) = p;
     equations.block<1, 3>(row + 1, 6) = -q.y() * p;
   }
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(equations, Eigen::ComputeFullV);
-  if (svd.singularValues()[7] < kDegenerate * svd.singularValues()[0]) {
+  const RightSingular svd = right_singular(equations);
+  if (svd.values[7] < kDegenerate * svd.values[0]) {
     return fail("the point pairs do not determine a homography: too many lie on one line");
   }
-  const Eigen::Matrix3d h = svd.matrixV().col(8).reshaped<Eigen::RowMajor>(3, 3);
+  const Eigen::Matrix3d h = svd.vectors.col(8).reshaped<Eigen::RowMajor>(3, 3);
   const Eigen::Matrix3d b_from_a = (normalised_b.inverse() * h * normalised_a).normalized();
   return b_from_a(2, 2) < 0 ? Eigen::Matrix3d(-b_from_a) : b_from_a;
 }

@@ -6,7 +6,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/QR>
-#include <Eigen/SVD>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -58,11 +59,11 @@ Expected<Resection> resect(const std::vector<Eigen::Vector3d>& points, const Poi
     rows.block<1, 4>(1, 8) = -q.y() * p;
     normal += rows.transpose() * rows;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(normal, Eigen::ComputeFullV);
-  if (svd.singularValues()[10] < kPlanar * kPlanar * svd.singularValues()[0]) {
+  const RightSingular svd = right_singular(normal);
+  if (svd.values[10] < kPlanar * kPlanar * svd.values[0]) {
     return fail("the points lie on one plane: a resection needs depth, so tilt or move the board between placements");
   }
-  const Eigen::Matrix<double, 3, 4> p = svd.matrixV().col(11).reshaped<Eigen::RowMajor>(3, 4);
+  const Eigen::Matrix<double, 3, 4> p = svd.vectors.col(11).reshaped<Eigen::RowMajor>(3, 4);
   Eigen::Matrix<double, 3, 4> projection = normalised_pixels.inverse() * p * normalised_points;
   if (projection.leftCols<3>().determinant() < 0) projection = -projection;
   Eigen::Matrix3d k, r;

@@ -4,7 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -58,13 +59,13 @@ Expected<PinholeIntrinsics> zhang_intrinsics(const std::vector<Eigen::Matrix3d>&
   }
   equations.row(row) << 0, static_cast<double>(pixel_from_plane.size()), 0, 0, 0, 0;
 
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(equations, Eigen::ComputeFullV);
-  if (svd.singularValues()[4] < kParallel * svd.singularValues()[0]) {
+  const RightSingular svd = right_singular(equations);
+  if (svd.values[4] < kParallel * svd.values[0]) {
     return fail(
         "all board placements are parallel, or nearly so, and the focal length cannot be told: tilt the board between "
         "views");
   }
-  Vector6 b = svd.matrixV().col(5);
+  Vector6 b = svd.vectors.col(5);
   if (b[0] < 0) b = -b;
   // Appendix B with zero skew.
   const double cx = -b[3] / b[0];

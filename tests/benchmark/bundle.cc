@@ -1,30 +1,44 @@
-// The joint refinement's speed beside mrcal's, OpenCV's and Ceres's on the same observations from the same start, and
-// how time and memory grow with the number of boards.
-#include <algorithm>
+// The joint refinement's speed beside mrcal's, OpenCV's and Ceres's on the same observations, and how time and memory
+// grow with the number of boards.
 #include <cmath>
+#include <cstdio>
+#include <exception>
 #include <fstream>
 #include <stdexcept>
-#include <thread>
 
-#include <ceres/ceres.h>
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 #include <opencv2/calib3d.hpp>
 
 #include "solvers/covariance.h"
 #include "solvers/minimise.h"
+#include "tests/benchmark/ceres_covariance.h"
 #include "tests/benchmark/made_campaign.h"
 #include "tests/benchmark/mrcal_peer.h"
 #include "tests/benchmark/report.h"
 
 DEFINE_int32(turns, 5, "times that ours and the peer run, in turns; the best counts");
 DEFINE_int32(threads, 2, "ours; the peers run as they come");
-DEFINE_string(only, "", "run only rows whose name holds this");
+DEFINE_int32(most_boards, 5000, "of the campaigns that show how time grows; 0 leaves them out");
 
 namespace crumple {
 namespace {
 
 constexpr double kSameCost = 1e-6;  // relative
+constexpr double kSameCovariance = 1e-8;
+
+std::set<BlockId> held_blocks(bool estimate_warp) {
+  std::set<BlockId> held{{BlockId::Kind::mount, 0}};
+  if (!estimate_warp) held.insert({BlockId::Kind::warp});
+  return held;
+}
+
+std::vector<ViewWeights> unit_weights(const std::vector<std::unique_ptr<View>>& views) {
+  std::vector<ViewWeights> weights;
+  for (const auto& view : views)
+    weights.push_back({1, 1, std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
+  return weights;
+}
 
 struct Solve {
   double seconds = 0;
@@ -33,16 +47,13 @@ struct Solve {
   CalibrationState state;
 };
 
-Solve solve(const Campaign& campaign, bool estimate_warp, int threads) {
+Solve solve(const Campaign& campaign, bool estimate_warp, const std::vector<Prior>& priors, int threads) {
   Solve result{0, 0, 0, campaign.start};
   result.seconds = seconds_of([&] {
     const auto views = make_views(campaign.observations);
-    std::vector<ViewWeights> weights;
-    for (const auto& view : views) weights.push_back({1, 1, std::vector<char>(view->size(), 1)});
-    std::set<BlockId> held{{BlockId::Kind::mount, 0}};
-    if (!estimate_warp) held.insert({BlockId::Kind::warp});
-    const Parameters parameters(result.state, views, held);
-    const auto minimum = minimise(views, weights, parameters, {std::nullopt, threads}, result.state);
+    const Parameters parameters(result.state, views, held_blocks(estimate_warp));
+    const MinimiseOptions options{.threads = threads, .priors = priors};
+    const auto minimum = minimise(views, unit_weights(views), parameters, options, result.state);
     if (!minimum) throw std::runtime_error(minimum.error().message);
     result.cost = minimum->final_cost;
     result.iterations = minimum->iterations;
@@ -50,25 +61,131 @@ Solve solve(const Campaign& campaign, bool estimate_warp, int threads) {
   return result;
 }
 
-void expect_same_cost(const std::string& name, double ours, double peer) {
-  fmt::print(stderr, "{}: cost {:.9g}, the peer's {:.9g}, relative difference {:.1e}\n", name, ours, peer,
-             ours / peer - 1);
-  if (std::abs(ours / peer - 1) > kSameCost) throw std::runtime_error(name + ": not the same optimum");
+void expect_same_cost(const std::string& name, const Solve& ours, double peer) {
+  fmt::print(stderr, "{}: {} iterations, cost {:.9g}, the peer's {:.9g}, relative difference {:+.1e}\n", name,
+             ours.iterations, ours.cost, peer, ours.cost / peer - 1);
+  if (!(std::abs(ours.cost / peer - 1) <= kSameCost)) throw std::runtime_error(name + ": not the same optimum");
 }
 
-BenchRow against_mrcal(const CampaignOptions& options, int threads) {
+void against_mrcal(const CampaignOptions& options, std::vector<BenchRow>& rows) {
   const Campaign campaign = make_campaign(options);
   const MrcalPeer peer(campaign);
-  const std::string name = fmt::format("{} x {} x {}x{}, {} thread{}", options.cameras, options.boards, options.corners,
-                                       options.corners, threads, threads == 1 ? "" : "s");
+  const std::vector<Prior> priors{peer.regularisation(campaign.start)};
+  for (const int threads : {FLAGS_threads, 1}) {
+    const std::string name = fmt::format("solve {} x {} x {}x{} OPENCV8, {} thread{}", options.cameras, options.boards,
+                                         options.corners, options.corners, threads, threads == 1 ? "" : "s");
+    Solve ours;
+    PeerSolve theirs;
+    rows.push_back(in_turns(
+        name, "mrcal 2.2 optimize", FLAGS_turns,
+        [&] { return (ours = solve(campaign, true, priors, threads)).seconds; },
+        [&] { return (theirs = peer.solve()).seconds; }));
+    expect_same_cost(name, ours, theirs.cost);
+  }
+}
+
+// OpenCV finds the board poses itself; ours starts from disturbed ones.
+void against_opencv(std::vector<BenchRow>& rows) {
+  const Campaign campaign = make_campaign({.model = "LENSMODEL_OPENCV5", .warped = false});
+  const Board& board = campaign.start.board;
+  std::vector<cv::Point3f> corners;
+  for (int i = 0; i < board.corner_count(); ++i) {
+    const Eigen::Vector3d corner = board.corner(i);
+    corners.emplace_back(static_cast<float>(corner.x()), static_cast<float>(corner.y()), 0.F);
+  }
+  const std::vector<std::vector<cv::Point3f>> objects(campaign.observations.corners.size(), corners);
+  std::vector<std::vector<cv::Point2f>> images;
+  Campaign rounded = campaign;  // OpenCV takes single precision
+  for (CornerView& view : rounded.observations.corners) {
+    images.emplace_back();
+    for (Eigen::Vector2d& pixel : view.pixels) {
+      images.back().emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+      pixel << images.back().back().x, images.back().back().y;
+    }
+  }
+  const std::vector<double>& p = campaign.start.rig.sensors[0].lens.parameters();
+  cv::Mat camera, distortion;
+  std::vector<cv::Mat> rotations, translations;
+  const auto theirs = [&] {
+    camera = (cv::Mat_<double>(3, 3) << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
+    distortion.release();
+    return seconds_of([&] {
+      cv::calibrateCamera(objects, images, {4000, 2200}, camera, distortion, rotations, translations,
+                          cv::CALIB_USE_INTRINSIC_GUESS);
+    });
+  };
   Solve ours;
-  PeerSolve theirs;
-  const BenchRow row = in_turns(
-      name, "mrcal 2.2 optimize", FLAGS_turns, [&] { return (ours = solve(campaign, true, threads)).seconds; },
-      [&] { return (theirs = peer.solve()).seconds; });
-  fmt::print(stderr, "{}: {} iterations\n", name, ours.iterations);
-  expect_same_cost(name, ours.cost, theirs.cost);
-  return row;
+  const std::string name = fmt::format("solve 1 x 60 x 10x10 OPENCV5 flat board, {} threads", FLAGS_threads);
+  rows.push_back(in_turns(
+      name, "cv::calibrateCamera 4.6", FLAGS_turns,
+      [&] { return (ours = solve(rounded, false, {}, FLAGS_threads)).seconds; }, theirs));
+  // The RMS that it returns is of single precision.
+  double cost = 0;
+  for (std::size_t v = 0; v < images.size(); ++v) {
+    std::vector<cv::Point2d> projected;
+    cv::projectPoints(std::vector<cv::Point3d>(corners.begin(), corners.end()), rotations[v], translations[v], camera,
+                      distortion, projected);
+    for (std::size_t i = 0; i < projected.size(); ++i) {
+      const cv::Point2d difference = projected[i] - cv::Point2d(images[v][i]);
+      cost += 0.5 * difference.dot(difference);
+    }
+  }
+  expect_same_cost(name, ours, cost);
+}
+
+void against_ceres_covariance(std::vector<BenchRow>& rows) {
+  const Campaign campaign = make_campaign({.cameras = 4});
+  const std::vector<Prior> priors{MrcalPeer(campaign).regularisation(campaign.start)};
+  const CalibrationState state = solve(campaign, true, priors, FLAGS_threads).state;
+  const auto views = make_views(campaign.observations);
+  const Parameters parameters(state, views, held_blocks(true));
+  const CeresCovariance peer(views, parameters, priors, state);
+  Eigen::MatrixXd ours, theirs;
+  const auto run = [&] {
+    return seconds_of([&] {
+      const auto evaluate = [&](std::size_t v, ViewEvaluation& at) { return views[v]->evaluate(state, true, at); };
+      NormalEquations equations = NormalEquations::of(views, parameters, evaluate, FLAGS_threads).value();
+      for (const Prior& prior : priors) equations.add(prior, state);
+      ours = JointCovariance::create(equations, state).value().common();
+    });
+  };
+  rows.push_back(in_turns(fmt::format("covariance 4 x 60 x 10x10 OPENCV8, {} threads", FLAGS_threads),
+                          "ceres::Covariance SPARSE_QR", FLAGS_turns, run,
+                          [&] { return seconds_of([&] { theirs = peer.common(); }); }));
+  const Eigen::VectorXd scale = theirs.diagonal().cwiseSqrt().cwiseInverse();
+  const double difference = (scale.asDiagonal() * (ours - theirs) * scale.asDiagonal()).cwiseAbs().maxCoeff();
+  fmt::print(stderr, "covariance: largest difference {:.1e} of the standard deviations\n", difference);
+  if (!(difference <= kSameCovariance)) throw std::runtime_error("covariance: not the same");
+}
+
+double peak_memory_GB() {
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key;) {
+    double kB = 0;
+    if (key == "VmHWM:" && status >> kB) return kB / (1 << 20);
+  }
+  return 0;
+}
+
+void growth(std::vector<BenchRow>& rows) {
+  for (int boards = FLAGS_most_boards / 8; boards > 0 && boards <= FLAGS_most_boards; boards *= 2) {
+    const Campaign campaign = make_campaign({.cameras = 8, .boards = boards, .model = "LENSMODEL_OPENCV5"});
+    const Solve ours = solve(campaign, true, {}, FLAGS_threads);
+    fmt::print(stderr, "8 x {}: {} iterations, {:.4f} s per 1000 boards and iteration, peak memory {:.2f} GB\n", boards,
+               ours.iterations, 1000 * ours.seconds / boards / ours.iterations, peak_memory_GB());
+    rows.push_back({fmt::format("solve 8 x {} x 10x10 OPENCV5, {} threads", boards, FLAGS_threads), "", ours.seconds});
+  }
+}
+
+void run() {
+  std::vector<BenchRow> rows;
+  growth(rows);
+  against_mrcal({.cameras = 1}, rows);
+  against_mrcal({.cameras = 4}, rows);
+  against_mrcal({.cameras = 8, .boards = 200, .corners = 14}, rows);
+  against_opencv(rows);
+  against_ceres_covariance(rows);
+  report("bundle", rows);
 }
 
 }  // namespace
@@ -76,10 +193,10 @@ BenchRow against_mrcal(const CampaignOptions& options, int threads) {
 
 int main(int argc, char** argv) {
   gflags::ParseCommandLineFlags(&argc, &argv, true);
-  using namespace crumple;
-  std::vector<BenchRow> rows;
-  rows.push_back(against_mrcal({.cameras = 1}, FLAGS_threads));
-  rows.push_back(against_mrcal({.cameras = 4}, FLAGS_threads));
-  rows.push_back(against_mrcal({.cameras = 8, .boards = 200, .corners = 14}, FLAGS_threads));
-  report("bundle", rows);
+  try {
+    crumple::run();
+  } catch (const std::exception& failure) {
+    fmt::print(stderr, "bundle: {}\n", failure.what());
+    return 1;
+  }
 }

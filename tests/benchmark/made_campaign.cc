@@ -24,11 +24,13 @@ class Random {
   std::normal_distribution<double> normal_;
 };
 
-// The distortion of a real wide-angle lens: near zero the rational terms trade places and nothing tells the optimum.
-Lens true_lens() {
-  return Lens::create("LENSMODEL_OPENCV8", kSize,
-                      {1761.2, 1761.3, 1999.5, 1099.5, 0.479, 0.0267, 4.4e-5, -1.2e-5, 9e-5, 0.767, 0.0963, 0.0014})
-      .value();
+// The distortion of a real wide-angle lens; near zero the rational terms would trade places even more.
+Lens true_lens(const std::string& model) {
+  std::vector<double> parameters{1761.2, 1761.3,  1999.5, 1099.5, 0.479,  0.0267,
+                                 4.4e-5, -1.2e-5, 9e-5,   0.767,  0.0963, 0.0014};
+  if (model == "LENSMODEL_OPENCV5")
+    parameters = {1761.2, 1761.3, 1999.5, 1099.5, -0.0126, 0.0352, -4e-4, -2e-4, 0.0057};
+  return Lens::create(model, kSize, parameters).value();
 }
 
 Pose random_placement(const Board& board, int cameras, Random& random) {
@@ -49,7 +51,8 @@ bool see(const CalibrationState& state, std::size_t camera, std::size_t placemen
   const Pose sensor_from_board = sensor.sensor_from_probe * state.probe_from_board[placement];
   view = {camera, placement, {}, {}};
   for (int i = 0; i < state.board.corner_count(); ++i) {
-    const Eigen::Vector2d pixel = sensor.lens.project(sensor_from_board * state.board.corner(i));
+    const auto projected = sensor.lens.project(sensor_from_board * state.board.corner(i));
+    const Eigen::Vector2d pixel = projected.value_or(Eigen::Vector2d(-1, -1));
     if ((pixel.array() < 0).any() || pixel.x() > kSize.width_px - 1 || pixel.y() > kSize.height_px - 1) return false;
     view.corners.push_back(i);
     view.pixels.push_back(pixel);
@@ -109,7 +112,7 @@ Campaign make_campaign(const CampaignOptions& options) {
   for (int c = 0; c < options.cameras; ++c) {
     const Pose from_probe =
         retract({}, (Vector6d() << 0.01 * c, 0.03 * c, -0.01 * c, -400.0 * c, 20.0 * c, 10.0 * c).finished());
-    truth.rig.sensors.push_back({"cam" + std::to_string(c), SensorKind::camera, true_lens(), from_probe});
+    truth.rig.sensors.push_back({"cam" + std::to_string(c), SensorKind::camera, true_lens(options.model), from_probe});
   }
   Campaign campaign;
   place_boards(options, truth, campaign.observations, random);

@@ -11,6 +11,7 @@ struct CampaignOptions {
   int boards = 60;
   int corners = 10;  // along each side
   double sigma_px = 0.1;
+  const char* model = "LENSMODEL_OPENCV8";  // or _OPENCV5
   bool warped = true;
   unsigned seed = 1;
 };
@@ -20,7 +21,7 @@ struct Campaign {
   Observations observations;
 };
 
-// LENSMODEL_OPENCV8, 4000 x 2200 px, 1761 px of focal length, a board of 0.9 m at 3 to 4 m.
+// 4000 x 2200 px, 1761 px of focal length, a board of 0.9 m at 1.5 to 5.6 m.
 Campaign make_campaign(const CampaignOptions& options);
 
 }  // namespace crumple

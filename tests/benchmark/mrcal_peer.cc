@@ -45,12 +45,36 @@ MrcalPeer::MrcalPeer(const Campaign& campaign) {
   write(folder_ / "placements", placements);
 }
 
-PeerSolve MrcalPeer::solve() const {
+std::string MrcalPeer::said(const std::string& task) const {
   static const std::string script = content_of(CRUMPLE_SOURCE_DIR "/tests/benchmark/mrcal_solve.py");
-  const std::string said = run_python(script, (folder_ / "").string());
+  return run_python(script, task + ":" + folder_.path().string());
+}
+
+PeerSolve MrcalPeer::solve() const {
+  const std::string answer = said("solve");
   PeerSolve solve;
-  if (!(std::istringstream(said) >> solve.seconds >> solve.cost)) throw std::runtime_error("mrcal: " + said);
+  if (!(std::istringstream(answer) >> solve.seconds >> solve.cost)) throw std::runtime_error("mrcal: " + answer);
   return solve;
+}
+
+Prior MrcalPeer::regularisation(const CalibrationState& state) const {
+  const std::string answer = said("prior");
+  std::istringstream text(answer);
+  CalibrationState about = state;
+  std::vector<PriorTerm> terms;
+  std::vector<double> variances;
+  std::size_t camera = 0, parameter = 0;
+  for (double mean = 0, sigma = 0; text >> camera >> parameter >> mean >> sigma;) {
+    Lens& lens = about.rig.sensors.at(camera).lens;
+    std::vector<double> parameters = lens.parameters();
+    parameters.at(parameter) = mean;
+    lens = lens.with_parameters(parameters);
+    terms.push_back({{BlockId::Kind::lens, camera}, static_cast<int>(parameter)});
+    variances.push_back(sigma * sigma);
+  }
+  if (terms.empty() || !text.eof()) throw std::runtime_error("mrcal: " + answer);
+  const Eigen::Map<const Eigen::VectorXd> diagonal(variances.data(), static_cast<Eigen::Index>(variances.size()));
+  return Prior::create("mrcal's regularisation", terms, about, diagonal.asDiagonal()).value();
 }
 
 }  // namespace crumple

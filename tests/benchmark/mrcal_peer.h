@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "solvers/prior.h"
 #include "tests/benchmark/made_campaign.h"
 #include "tests/temporary_folder.h"
 
@@ -16,9 +17,13 @@ struct PeerSolve {
 class MrcalPeer {
  public:
   explicit MrcalPeer(const Campaign& campaign);
-  PeerSolve solve() const;  // throws std::runtime_error with what mrcal said, where it fails
+  // These throw std::runtime_error with what mrcal said, where it fails.
+  PeerSolve solve() const;
+  Prior regularisation(const CalibrationState& state) const;  // what mrcal adds to the observations
 
  private:
+  std::string said(const std::string& task) const;
+
   TemporaryFolder folder_;
 };
 

@@ -1,12 +1,14 @@
-# One solve by mrcal of a campaign that tests/benchmark/mrcal_peer.cc wrote: prints the seconds of the solve alone and
-# half the sum of squares at its optimum. Regularisation and outlier rejection are off, as in the solve beside it.
+# mrcal on a campaign that tests/benchmark/mrcal_peer.cc wrote. After "prior": prints what its regularisation says of the
+# lens parameters, a line of camera, parameter, mean and sigma for each. After "solve": prints the seconds of the solve
+# alone and half the sum of squares at its optimum, regularisation included. There is no outlier rejection.
 import sys
 import time
 
 import mrcal
 import numpy as np
 
-folder = sys.argv[1] + "/"
+task, folder = sys.argv[1].split(":")
+folder += "/"
 cameras, boards, corners, estimate_warp = np.fromfile(folder + "sizes", dtype=np.int64)
 read = lambda name, *shape: np.fromfile(folder + name).reshape(*shape)
 views = boards * cameras
@@ -32,9 +34,20 @@ problem = dict(
     do_optimize_calobject_warp=bool(estimate_warp),
     calibration_object_spacing=0.9 / (corners - 1),
     do_apply_outlier_rejection=False,
-    do_apply_regularization=False,
+    do_apply_regularization=True,
     verbose=False,
 )
-start = time.perf_counter()
-solved = mrcal.optimize(**problem)
-print(time.perf_counter() - start, repr(0.5 * float(np.dot(solved["x"], solved["x"]))))
+if task == "prior":
+    packed, x, jacobian, _ = mrcal.optimizer_callback(no_factorization=True, **problem)
+    scale = np.ones(packed.shape)
+    mrcal.unpack_state(scale, **problem)
+    first = mrcal.measurement_index_regularization(**problem)
+    for row in range(first, first + mrcal.num_measurements_regularization(**problem)):
+        entry = jacobian[row]
+        column, slope = entry.indices[0], entry.data[0] / scale[entry.indices[0]]
+        value = packed[column] * scale[column]
+        print(column // 12, column % 12, repr(float(value - x[row] / slope)), repr(float(1 / abs(slope))))
+else:
+    start = time.perf_counter()
+    solved = mrcal.optimize(**problem)
+    print(time.perf_counter() - start, repr(0.5 * float(np.dot(solved["x"], solved["x"]))))

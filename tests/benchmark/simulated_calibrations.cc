@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <optional>
+#include <numbers>
 #include <random>
 #include <utility>
 
@@ -82,16 +81,17 @@ void move_by(const cv::Point& offset, std::vector<Eigen::Vector2d>& pixels) {
   for (Eigen::Vector2d& pixel : pixels) pixel += Eigen::Vector2d(offset.x, offset.y);
 }
 
-Expected<SeenBoard> look(const Scene& scene, const TracedBoard& traced, std::uint64_t seed) {
+Expected<SeenBoard> look(const Scene& scene, const TracedBoard& traced, int threads) {
   cv::Mat white;
   std::vector<cv::Mat> images(traced.light.size());
-  for (std::size_t f = 0; f < images.size(); ++f) {
+  parallel_for(images.size(), threads, [&](std::size_t f) {
     const bool whole = scene.frames[f].kind == FrameContent::Kind::white;
     const cv::Mat1f light = whole ? traced.light[f] : traced.light[f](traced.box);
-    const cv::Mat image = expose(scene.cameras[camera].detector, light, noise_seed(seed, traced.station, camera, f));
+    const cv::Mat image =
+        expose(scene.cameras[camera].detector, light, noise_seed(scene.seed, traced.station, camera, f));
     if (whole) white = image;
     images[f] = whole ? image(traced.box).clone() : image;
-  }
+  });
   const StripeImages stripes =
       sorted_into_stacks(scene.projector->sensor.lens.size(), scene.orientations, scene.frames, images);
   const auto board = detect_board(white, scene.board->board());
@@ -125,23 +125,28 @@ void append(SeenBoard seen, const std::string& name, SimulatedCalibration& to) {
   to.data.pairs.push_back(std::move(seen.pairs));
 }
 
-std::vector<SimulatedCalibration> without_observations(const Scene& scene, const std::vector<std::uint64_t>& seeds) {
+SimulatedCalibration without_observations(const Scene& scene) {
   SimulatedCalibration empty;
+  empty.seed = scene.seed;
   for (const Sensor& sensor : true_rig(scene).sensors) {
     empty.data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model()});
   }
   empty.data.board = scene.board->board();
   empty.data.board.warp_mm.setZero();  // as a capture describes it
-  std::vector<SimulatedCalibration> all(seeds.size(), empty);
-  for (std::size_t i = 0; i < seeds.size(); ++i) all[i].seed = seeds[i];
-  return all;
+  return empty;
+}
+
+Eigen::Vector3d even_draw(MixGenerator& generator, double reach) {
+  std::uniform_real_distribution<double> draw(-reach, reach);
+  const double x = draw(generator), y = draw(generator), z = draw(generator);
+  return {x, y, z};
 }
 
 double normal_draw(MixGenerator& generator, double sigma) {
   return std::normal_distribution<double>(0, sigma)(generator);
 }
 
-// Sums of errors; `squares` is per coordinate.
+// Sums of errors.
 struct ErrorSum {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double squares = 0;
@@ -152,34 +157,29 @@ struct ErrorSum {
     ++count;
   }
   Eigen::Vector2d mean() const { return sum / std::max(1.0, count); }
+  double rms(int dimension) const { return std::sqrt(squares / (dimension * std::max(1.0, count))); }
 };
-
-// Of the means of many sums, less what `count` draws of their own scatter would leave in a mean.
-double common_rms(const std::vector<ErrorSum>& sums, int dimensions) {
-  double squares = 0;
-  for (const ErrorSum& one : sums) {
-    const double scatter = one.squares / one.count - one.mean().squaredNorm();
-    squares += one.mean().squaredNorm() - (one.count > 1 ? scatter / (one.count - 1) : 0);
-  }
-  return std::sqrt(std::max(0.0, squares / (dimensions * static_cast<double>(std::max<std::size_t>(1, sums.size())))));
-}
-
-template <typename Map>
-std::vector<ErrorSum> values_of(const Map& map) {
-  std::vector<ErrorSum> values;
-  for (const auto& [key, value] : map) values.push_back(value);
-  return values;
-}
 
 }  // namespace
 
-Expected<std::vector<SimulatedCalibration>> simulate_calibrations(
-    const Scene& scene, const std::vector<std::uint64_t>& seeds, int threads,
-    const std::function<void(const std::string&)>& report) {
+Scene redrawn(const Scene& scene, std::uint64_t seed) {
+  constexpr double reach_mm = 8, reach_rad = 3 * std::numbers::pi / 180;
+  Scene other = scene;
+  other.seed = seed;
+  MixGenerator generator(mix(seed, 3));
+  for (SceneStation& station : other.stations) {
+    Pose& pose = station.probe_from_surface;
+    pose.rotation = rotation_from_vector(even_draw(generator, reach_rad)) * pose.rotation;
+    pose.translation += even_draw(generator, reach_mm);
+  }
+  return other;
+}
+
+Expected<SimulatedCalibration> simulate_calibration(const Scene& scene, int threads) {
   if (scene.cameras.size() != 1 || !scene.projector || !scene.board) {
     return fail(fmt::format("scene {}: one camera, a projector and a board are needed", scene.name));
   }
-  auto all = without_observations(scene, seeds);
+  SimulatedCalibration simulated = without_observations(scene);
   const Observations ideal = ideal_observations(scene, 100);
   const Renderer renderer(scene, threads);
   std::size_t placement = 0;
@@ -192,19 +192,14 @@ Expected<std::vector<SimulatedCalibration>> simulate_calibrations(
                              box_around(corners, scene.cameras[camera].sensor.lens.size()),
                              renderer.true_geometry(station, camera),
                              corners};
-    report(scene.stations[station].id + " traced");
-    std::vector<Expected<SeenBoard>> seen(seeds.size());
-    parallel_for(seeds.size(), threads, [&](std::size_t i) { seen[i] = look(scene, traced, seeds[i]); });
-    for (std::size_t i = 0; i < seeds.size(); ++i) {
-      if (!seen[i]) {
-        return fail(fmt::format("{}, seed {}: {}", scene.stations[station].id, seeds[i], seen[i].error().message));
-      }
-      append(std::move(*seen[i]), scene.stations[station].id, all[i]);
+    auto seen = look(scene, traced, threads);
+    if (!seen) {
+      return fail(fmt::format("{}, seed {}: {}", scene.stations[station].id, scene.seed, seen.error().message));
     }
+    append(std::move(*seen), scene.stations[station].id, simulated);
     ++placement;
-    report(scene.stations[station].id + " seen");
   }
-  return all;
+  return simulated;
 }
 
 CalibrationData with_true_corners(const SimulatedCalibration& simulated, double sigma_px) {
@@ -232,17 +227,16 @@ CalibrationData with_true_stripes(const SimulatedCalibration& simulated, double 
 
 ObservationErrors observation_errors(const std::vector<SimulatedCalibration>& all) {
   constexpr double gross_px = 1;  // decoding errors that the refinement leaves out
-  std::map<std::pair<std::size_t, int>, ErrorSum> corners;
-  std::map<std::pair<std::size_t, double>, ErrorSum> views;
-  ErrorSum all_corners, all_stripes;
+  ErrorSum corners, stripes, corner_means, stripe_means;
   for (const SimulatedCalibration& one : all) {
     for (std::size_t v = 0; v < one.truth.corners.size(); ++v) {
       const CornerView& view = one.data.observations.corners[v];
+      ErrorSum of_view;
       for (std::size_t i = 0; i < view.pixels.size(); ++i) {
-        const Eigen::Vector2d error = view.pixels[i] - one.truth.corners[v].pixels[i];
-        corners[{v, view.corners[i]}].add(error);
-        all_corners.add(error);
+        of_view.add(view.pixels[i] - one.truth.corners[v].pixels[i]);
+        corners.add(view.pixels[i] - one.truth.corners[v].pixels[i]);
       }
+      corner_means.add(of_view.mean());
     }
     for (std::size_t v = 0; v < one.truth.stripes.size(); ++v) {
       const StripeView& view = one.data.observations.stripes[v];
@@ -251,18 +245,18 @@ ObservationErrors observation_errors(const std::vector<SimulatedCalibration>& al
         const double error = view.coordinates_px[i] - one.truth.stripes[v].coordinates_px[i];
         if (std::abs(error) > gross_px) continue;
         of_view.add({error, 0});
-        all_stripes.add({error, 0});
+        stripes.add({error, 0});
       }
-      views[{view.placement, view.normal.x()}].add(of_view.mean());
+      stripe_means.add(of_view.mean());
     }
   }
   ObservationErrors errors;
-  errors.corner_rms_px = std::sqrt(all_corners.squares / (2 * std::max(1.0, all_corners.count)));
-  errors.corner_common_rms_px = common_rms(values_of(corners), 2);
-  errors.corner_mean_px = all_corners.mean();
-  errors.stripe_rms_px = std::sqrt(all_stripes.squares / std::max(1.0, all_stripes.count));
-  errors.stripe_common_rms_px = common_rms(values_of(views), 1);
-  errors.stripe_mean_px = all_stripes.mean().x();
+  errors.corner_rms_px = corners.rms(2);
+  errors.corner_mean_px = corners.mean();
+  errors.corner_view_mean_rms_px = corner_means.rms(2);
+  errors.stripe_rms_px = stripes.rms(1);
+  errors.stripe_mean_px = stripes.mean().x();
+  errors.stripe_view_mean_rms_px = stripe_means.rms(1);
   return errors;
 }
 

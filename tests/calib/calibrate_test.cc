@@ -77,7 +77,7 @@ TEST(Calibrate, NamesWhatIsMissing) {
             {-160.0 + 12.0 * static_cast<double>(p), -120, 750.0 + 30.0 * static_cast<double>(p)}};
     CornerView& view = parallel.observations.corners[p];
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
-      view.pixels[i] = parallel.truth.rig.sensors[0].lens.project(pose * parallel.truth.board.corner(view.corners[i]));
+      view.pixels[i] = *parallel.truth.rig.sensors[0].lens.project(pose * parallel.truth.board.corner(view.corners[i]));
     }
   }
   const auto flat = calibrate(data_of(parallel), {});

@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/flatten_lighting.h"
-
 namespace crumple {
 namespace {
 
@@ -66,7 +64,6 @@ TEST(DetectBoard, FindsABoardThatTellsItsEndsApartAtAnyTurn) {
     const auto found = detect_board(placed.image, {9, 6, 25});
     ASSERT_TRUE(found) << angle_deg << ": " << found.error().message;
     EXPECT_EQ(found->corners.size(), 54U);
-    EXPECT_TRUE(found->even_lighting);
     EXPECT_LT(worst_error(placed, *found, 9), 0.1) << angle_deg;
   }
 }
@@ -97,24 +94,6 @@ TEST(DetectBoard, RefusesWhatIsAmbiguous) {
   EXPECT_NE(cut.error().message.find("cannot be told"), std::string::npos) << cut.error().message;
   EXPECT_FALSE(detect_board(drawing(6, 6), {6, 6, 25}));
   EXPECT_FALSE(detect_board(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), {9, 6, 25}));
-}
-
-TEST(FlattenLighting, TakesTheGradientsBiasOut) {
-  const Placed placed = place(drawing(9, 6), 0.1, 0.6, {0, 0}, {800, 700});
-  cv::Mat lit(placed.image.size(), CV_16U);
-  for (int y = 0; y < lit.rows; ++y) {
-    for (int x = 0; x < lit.cols; ++x) {
-      const double light = 40 + 160 * std::exp(-0.5 * std::pow((x - 750.0) / 300, 2));
-      lit.at<std::uint16_t>(y, x) = cv::saturate_cast<std::uint16_t>(placed.image.at<std::uint8_t>(y, x) * light);
-    }
-  }
-  const auto found = detect_board(lit, {9, 6, 25});
-  ASSERT_TRUE(found) << found.error().message;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < found->corners.size(); ++i) {
-    mean += (found->pixels[i] - true_pixel(placed, found->corners[i] % 9, found->corners[i] / 9)) / 54.0;
-  }
-  EXPECT_LT(mean.norm(), 0.03);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Real images against OpenCV's own calibration of the same corners.
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -43,7 +44,8 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
     data_.observations.placement_count = data_.placement_names.size();
   }
 
-  // RMS per corner by cv::calibrateCamera with the same five distortion terms.
+  // RMS per corner by cv::calibrateCamera with the same five distortion terms, of its solution in double precision: the
+  // figure it returns differs from that by some 2e-6 of itself, either way.
   double opencv_rms() const {
     std::vector<std::vector<cv::Point3f>> board;
     std::vector<std::vector<cv::Point2f>> pixels;
@@ -59,8 +61,24 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
     }
     cv::Mat camera, distortion;
     std::vector<cv::Mat> rotations, translations;
-    return cv::calibrateCamera(board, pixels, {640, 480}, camera, distortion, rotations, translations, 0,
-                               cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 200, 1e-12));
+    const double returned =
+        cv::calibrateCamera(board, pixels, {640, 480}, camera, distortion, rotations, translations, 0,
+                            cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 200, 1e-12));
+    double squares = 0;
+    std::size_t count = 0;
+    for (std::size_t v = 0; v < board.size(); ++v) {
+      const std::vector<cv::Point3d> points(board[v].begin(), board[v].end());
+      std::vector<cv::Point2d> projected;
+      cv::projectPoints(points, rotations[v], translations[v], camera, distortion, projected);
+      for (std::size_t i = 0; i < projected.size(); ++i) {
+        const cv::Point2d difference = projected[i] - cv::Point2d(pixels[v][i]);
+        squares += difference.dot(difference);
+        ++count;
+      }
+    }
+    const double rms = std::sqrt(squares / static_cast<double>(count));
+    EXPECT_NEAR(rms / returned, 1, 1e-5);
+    return rms;
   }
 
   Calibration calibrated(bool reject_outliers) const {
@@ -74,9 +92,15 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
   CalibrationData data_;
 };
 
-std::vector<Eigen::Vector2d> by_sectors(const cv::Mat& image) {
+// In single precision, all that OpenCV's calibration takes: both are to fit the same numbers.
+std::vector<Eigen::Vector2d> by_crossing_edges(const cv::Mat& image) {
   const auto board = detect_board(image, {9, 6, 25});
-  return board ? board->pixels : std::vector<Eigen::Vector2d>();
+  if (!board) return {};
+  std::vector<Eigen::Vector2d> pixels;
+  for (const Eigen::Vector2d& pixel : board->pixels) {
+    pixels.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+  }
+  return pixels;
 }
 
 // The detector with which the images' published calibration was made.
@@ -91,15 +115,16 @@ std::vector<Eigen::Vector2d> by_saddle_points(const cv::Mat& image) {
 }
 
 TEST_P(StereoChessboard, RmsIsNotAboveOpenCvs) {
-  detect_with(by_sectors);
+  detect_with(by_crossing_edges);
   const double ours = calibrated(false).bundle.groups.front().rms_all_px;
   const double theirs = opencv_rms();
   RecordProperty("rms_ours_px", std::to_string(ours));
   RecordProperty("rms_opencv_px", std::to_string(theirs));
-  EXPECT_LE(ours, theirs * (1 + 1e-6));
+  EXPECT_LE(ours, theirs * (1 + 1e-6)) << ours / theirs - 1;
 }
 
-// View 02 is bad by the corners of the published calibration (1.2 px); the sector detector finds them well.
+// View 02 is bad by the corners of the published calibration (1.2 px), which lie off the edges; fitted to the edges
+// they are as good as in any view.
 TEST_P(StereoChessboard, TheBadViewIsSingledOut) {
   detect_with(by_saddle_points);
   const Verdict verdict = judge(calibrated(true));
@@ -108,8 +133,8 @@ TEST_P(StereoChessboard, TheBadViewIsSingledOut) {
   EXPECT_LE(calibrated(false).bundle.groups.front().rms_all_px, opencv_rms() * (1 + 1e-6));
 }
 
-TEST_P(StereoChessboard, NoViewIsBadByTheSectorDetector) {
-  detect_with(by_sectors);
+TEST_P(StereoChessboard, NoViewIsBadByItsEdges) {
+  detect_with(by_crossing_edges);
   EXPECT_THAT(judge(calibrated(true)).reasons, testing::Not(testing::Contains(testing::HasSubstr("is bad"))));
 }
 

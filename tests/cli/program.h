@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 
 #include <sys/wait.h>
@@ -16,10 +17,13 @@ struct ProgramRun {
   std::string err;
 };
 
+// Some commands change the folder before they run it.
+inline std::string program_path() { return std::filesystem::absolute(CRUMPLE_PROGRAM).string(); }
+
 // `arguments` are shell words; `before` stands in front of the program (variables, limits).
 inline ProgramRun run_program(const std::string& arguments, const std::string& before = "") {
   const TemporaryFolder folder;
-  const std::string command = before + " '" CRUMPLE_PROGRAM "' " + arguments + " >'" + (folder / "out").string() +
+  const std::string command = before + " '" + program_path() + "' " + arguments + " >'" + (folder / "out").string() +
                               "' 2>'" + (folder / "err").string() + "' </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};

@@ -105,7 +105,7 @@ TEST(Usage, Version) {
 
 TEST(Usage, AFullStdoutIsNoSuccess) {
   const TemporaryFolder home;
-  const std::string command = "'" CRUMPLE_PROGRAM "' help >/dev/full 2>'" + (home / "err").string() + "'";
+  const std::string command = "'" + program_path() + "' help >/dev/full 2>'" + (home / "err").string() + "'";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 3);
   EXPECT_THAT(content_of(home / "err"), HasSubstr("stdout"));
 }

@@ -111,7 +111,7 @@ TEST(Render, depth_leads_to_the_projector_pixel_and_the_ideal_stripes) {
       for (int x = 0; x < 320; x += 7) {
         if (std::isnan(truth.projector_px(y, x)[0])) continue;
         const Eigen::Vector3d in_camera = truth.depth_mm(y, x) * *camera.lens.ray(Eigen::Vector2d(x, y));
-        const Eigen::Vector2d pixel = projector.lens.project(projector.sensor_from_probe * in_camera);
+        const Eigen::Vector2d pixel = *projector.lens.project(projector.sensor_from_probe * in_camera);
         EXPECT_NEAR(pixel.x(), truth.projector_px(y, x)[0], 1e-6);
         EXPECT_NEAR(pixel.y(), truth.projector_px(y, x)[1], 1e-6);
         const Pose probe_from_surface = scene.stations[station].probe_from_surface;

@@ -55,6 +55,28 @@ RC_GTEST_PROP(Decode, DrawnStripesAreReadBackByEveryRule, ()) {
   }
 }
 
+RC_GTEST_PROP(Decode, BytesAndWordsOfTheSameImagesAgree, ()) {
+  StripeImages bytes = panel_images({.bits = 6}, {*rc::gen::inRange(3, 60), 4});
+  cv::RNG random(*rc::gen::inRange(1, 1000));
+  StripeImages words = bytes;
+  const auto fill = [&](cv::Mat& image, cv::Mat& wide) {
+    image = image.clone();
+    random.fill(image, cv::RNG::UNIFORM, 0, 256);
+    image.convertTo(wide, CV_16U);
+  };
+  fill(bytes.white, words.white);
+  fill(bytes.black, words.black);
+  for (std::size_t b = 0; b < bytes.stacks[0].patterns.size(); ++b) {
+    fill(bytes.stacks[0].patterns[b], words.stacks[0].patterns[b]);
+    fill(bytes.stacks[0].inverses[b], words.stacks[0].inverses[b]);
+  }
+  const auto narrow = decode_stripes(bytes, 0, everywhere(bytes), {});
+  const auto wide = decode_stripes(words, 0, everywhere(words), {});
+  RC_ASSERT(narrow && wide);
+  RC_ASSERT(cv::countNonZero(narrow->stripe != wide->stripe) == 0);
+  RC_ASSERT(cv::countNonZero(narrow->weakest_margin != wide->weakest_margin) == 0);
+}
+
 TEST(Decode, MarginIsTheSmallestDistanceFromFlipping) {
   StripeImages images = panel_images({.bits = 6}, {64, 8});
   images.stacks[0].patterns[2].at<std::uint8_t>(3, 40) = 55;

@@ -36,7 +36,7 @@ StripeImages images(const StationGeometry& g, const std::vector<StripeOrientatio
   scene.camera = {kCamera.width_px, kCamera.height_px};
   scene.noise = noise;
   scene.projector_from_camera = [&](const Eigen::Vector2d& pixel) {
-    return g.projector.project(g.proj_from_cam * (true_depth(g, pixel) * *g.camera.ray(pixel)));
+    return *g.projector.project(g.proj_from_cam * (true_depth(g, pixel) * *g.camera.ray(pixel)));
   };
   return render_stripes(scene, orientations);
 }

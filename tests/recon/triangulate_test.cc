@@ -21,21 +21,22 @@ RC_GTEST_PROP(Triangulate, IsExactOnNoiseFreeCoordinatesOfADistortedLens, ()) {
   const double depth = uniform(2500, 4500);
   const double angle = uniform(0.6, 2.5);
   const StripeTriangulator triangulate(projector(), proj_from_cam(), {std::cos(angle), std::sin(angle)});
-  const double s = triangulate.coordinate_px(ray, depth);
+  const double s = *triangulate.coordinate_px(ray, depth);
   const auto found = triangulate(ray, s);
   RC_ASSERT(found.has_value());
   RC_ASSERT(std::abs(found->depth_mm - depth) < 1e-9 * depth);
   const double h = 0.1;
-  const double rate = (triangulate.coordinate_px(ray, depth + h) - triangulate.coordinate_px(ray, depth - h)) / (2 * h);
+  const double rate =
+      (*triangulate.coordinate_px(ray, depth + h) - *triangulate.coordinate_px(ray, depth - h)) / (2 * h);
   RC_ASSERT(std::abs(found->d_depth_d_coordinate * rate - 1) < 1e-5);
 }
 
 TEST(Triangulate, NothingBehindTheSensorsOrWithoutParallax) {
   const StripeTriangulator rows(projector(), proj_from_cam(), {0, 1});
   const Eigen::Vector3d ray(0, 0, 1);
-  EXPECT_TRUE(rows(ray, rows.coordinate_px(ray, 3000)));
-  const double at_infinity = rows.coordinate_px(ray, 1e12);
-  const double towards_near = rows.coordinate_px(ray, 1e6) - at_infinity;
+  EXPECT_TRUE(rows(ray, *rows.coordinate_px(ray, 3000)));
+  const double at_infinity = *rows.coordinate_px(ray, 1e12);
+  const double towards_near = *rows.coordinate_px(ray, 1e6) - at_infinity;
   EXPECT_FALSE(rows(ray, at_infinity - 1000 * towards_near));
   // Side by side with no rotation, rows run along the epipolar lines.
   const StripeTriangulator blind(projector(), Pose{Eigen::Quaterniond::Identity(), {100, 0, 0}}, {0, 1});

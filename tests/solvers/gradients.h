@@ -22,4 +22,10 @@ Eigen::MatrixXd central_differences(const Function& f, const Eigen::VectorXd& x,
   return jacobian;
 }
 
+// The same to fourth order in the step, which may then be as large as rounding wants it.
+template <typename Function>
+Eigen::MatrixXd fourth_order_differences(const Function& f, const Eigen::VectorXd& x, double step) {
+  return (4 * central_differences(f, x, step) - central_differences(f, x, 2 * step)) / 3;
+}
+
 }  // namespace crumple

@@ -57,7 +57,7 @@ Synthetic make_synthetic(const SyntheticOptions& options) {
     for (int i = 0; i < truth.board.corner_count(); ++i) {
       corners.corners.push_back(i);
       const Eigen::Vector3d in_camera = truth.probe_from_board.back() * truth.board.corner(i);
-      corners.pixels.push_back(truth.rig.sensors[0].lens.project(in_camera) + noise2(options.corner_sigma_px));
+      corners.pixels.push_back(*truth.rig.sensors[0].lens.project(in_camera) + noise2(options.corner_sigma_px));
     }
     const Transfer to_projector(truth, 0, 1, index);
     StripeView columns{0, 1, index, {1, 0}, {}, {}}, rows{0, 1, index, {0, 1}, {}, {}};

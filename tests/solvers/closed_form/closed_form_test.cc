@@ -131,7 +131,7 @@ TEST(Resection, RecoversAProjectorWithAnOffsetLens) {
   for (const Pose& probe_from_board : v.made.truth.probe_from_board) {
     for (int i = 0; i < v.made.truth.board.corner_count(); ++i) {
       points.push_back(probe_from_board * v.made.truth.board.corner(i));
-      pixels.push_back(projector.lens.project(projector.sensor_from_probe * points.back()));
+      pixels.push_back(*projector.lens.project(projector.sensor_from_probe * points.back()));
     }
   }
   const Resection found = resect(points, pixels).value();

@@ -1,0 +1,133 @@
+#include "calib/lens_prior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace crumple {
+namespace {
+
+constexpr double kRational = 1;
+constexpr double kPrism = 0.1;
+constexpr double kAxis_rad = 0.1;
+constexpr double kAlongRadius = 0.5;
+constexpr double kAcrossRadius = 0.05;
+constexpr double kConvention = 1e-4;  // of the focal length
+
+// Slope of the corner of the image that is farthest from the principal point.
+double farthest_slope(const Lens& lens) {
+  const std::vector<double>& p = lens.parameters();
+  double farthest = 0;
+  for (const double x : {-0.5, lens.size().width_px - 0.5}) {
+    for (const double y : {-0.5, lens.size().height_px - 0.5}) {
+      farthest = std::max(farthest, std::hypot((x - p[2]) / p[0], (y - p[3]) / p[1]));
+    }
+  }
+  return farthest;
+}
+
+// Sigma of each term that has a weak prior, by its name; independent of each other.
+std::map<std::string, double> sigmas_of(const Lens& lens) {
+  if (lens.model() == "LENSMODEL_CAHVOR") return {{"alpha", kAxis_rad}, {"beta", kAxis_rad}};
+  const double slope = farthest_slope(lens);
+  std::map<std::string, double> sigmas;
+  if (lens.parameter_count() >= 12) {
+    for (int power = 1; power <= 3; ++power) {
+      sigmas["k" + std::to_string(3 + power)] = kRational / std::pow(slope, 2 * power);
+    }
+  }
+  if (lens.parameter_count() >= 16) {
+    for (const char* linear : {"s1", "s3"}) sigmas[linear] = kPrism / slope;
+    for (const char* cubic : {"s2", "s4"}) sigmas[cubic] = kPrism / std::pow(slope, 3);
+  }
+  return sigmas;
+}
+
+// A prior on some parameters of a lens, about `mean`.
+Prior on_lens(const std::string& name, const CalibrationState& start, std::size_t sensor, const std::vector<int>& rows,
+              const std::vector<double>& mean, const Eigen::MatrixXd& covariance) {
+  CalibrationState about = start;
+  about.rig.sensors[sensor].lens = start.rig.sensors[sensor].lens.with_parameters(mean);
+  std::vector<PriorTerm> terms;
+  for (const int row : rows) terms.push_back({{BlockId::Kind::lens, sensor}, row});
+  return Prior::create(start.rig.sensors[sensor].name + name, std::move(terms), std::move(about), covariance).value();
+}
+
+std::optional<Prior> on_parametric(const CalibrationState& start, std::size_t sensor) {
+  const Lens& lens = start.rig.sensors[sensor].lens;
+  const std::map<std::string, double> sigmas = sigmas_of(lens);
+  if (sigmas.empty()) return std::nullopt;
+  const std::vector<std::string> names = lens_parameter_names(lens.model());
+  std::vector<double> mean = lens.parameters();
+  std::vector<int> rows;
+  std::vector<double> variances;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto sigma = sigmas.find(names[i]);
+    if (sigma == sigmas.end()) continue;
+    mean[i] = 0;
+    rows.push_back(static_cast<int>(i));
+    variances.push_back(sigma->second * sigma->second);
+  }
+  const Eigen::VectorXd diagonal =
+      Eigen::Map<const Eigen::VectorXd>(variances.data(), static_cast<Eigen::Index>(variances.size()));
+  return on_lens(".weak", start, sensor, rows, mean, diagonal.asDiagonal()).as_weak();
+}
+
+// Where a control point stands, in stereographic coordinates.
+Eigen::Vector2d knot(const Lens& lens, int index) {
+  const SplineGrid grid = lens.spline_grid();
+  return {grid.x[static_cast<std::size_t>(index) % grid.x.size()],
+          grid.y[static_cast<std::size_t>(index) / grid.x.size()]};
+}
+
+Prior on_control_points(const CalibrationState& start, std::size_t sensor) {
+  const Lens& lens = start.rig.sensors[sensor].lens;
+  std::vector<double> mean = lens.parameters();
+  std::fill(mean.begin() + 4, mean.end(), 0.0);
+  const int count = lens.parameter_count() - 4;
+  std::vector<int> rows;
+  for (int i = 0; i < count; ++i) rows.push_back(4 + i);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+  for (int i = 0; i < count; i += 2) {
+    const Eigen::Vector2d u = knot(lens, i / 2);
+    // Directions mean nothing near the axis.
+    const double along = kAcrossRadius + (kAlongRadius - kAcrossRadius) * std::min(1.0, u.norm());
+    const Eigen::Vector2d radial = u.stableNormalized();
+    covariance.block<2, 2>(i, i) = kAcrossRadius * kAcrossRadius * Eigen::Matrix2d::Identity() +
+                                   (along * along - kAcrossRadius * kAcrossRadius) * radial * radial.transpose();
+  }
+  return on_lens(".weak", start, sensor, rows, mean, covariance).as_weak();
+}
+
+Prior on_scale(const CalibrationState& start, std::size_t sensor) {
+  return on_lens(".core", start, sensor, {6}, start.rig.sensors[sensor].lens.parameters(),
+                 Eigen::MatrixXd::Constant(1, 1, kConvention * kConvention));
+}
+
+Prior on_core(const CalibrationState& start, std::size_t sensor) {
+  const Lens& lens = start.rig.sensors[sensor].lens;
+  const double sigma_px = kConvention * lens.parameters()[0];
+  return on_lens(".core", start, sensor, {0, 1, 2, 3}, lens.parameters(),
+                 sigma_px * sigma_px * Eigen::Matrix4d::Identity());
+}
+
+}  // namespace
+
+std::vector<Prior> lens_priors(const CalibrationState& start) {
+  std::vector<Prior> priors;
+  for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
+    const Lens& lens = start.rig.sensors[s].lens;
+    if (lens.model() == "LENSMODEL_CAHVOR") priors.push_back(on_scale(start, s));
+    if (lens.splined()) {
+      priors.push_back(on_core(start, s));
+      priors.push_back(on_control_points(start, s));
+    } else if (auto prior = on_parametric(start, s)) {
+      priors.push_back(*std::move(prior));
+    }
+  }
+  return priors;
+}
+
+}  // namespace crumple

@@ -1,0 +1,27 @@
+// Priors on lens terms that observations can hardly tell apart. They state no knowledge of the lens: they are so wide
+// that terms which the observations do determine are not moved, and they keep the others from growing without limit.
+//
+//   OPENCV8, OPENCV12   k4 k5 k6 about 0. The denominator can undo the numerator's k1 k2 k3, so each may grow while the
+//                       image hardly changes. Sigma: what changes the image radius at the farthest corner by 100 %.
+//   OPENCV12            s1 s2 s3 s4 about 0: 10 % of the radius of the farthest corner.
+//   CAHVOR              alpha beta about 0: 0.1 rad. Where the radial terms are small the axis is of no consequence.
+//   SPLINED             every control point about 0, in its own radial direction 0.5, across it 0.05 (a lens is nearly
+//                       symmetric; mrcal's regularisation does likewise).
+//
+// Where two sets of terms say exactly the same, a convention chooses, as a prior that is not weak: CAHVOR's r0, which
+// scales the image as fx and fy do, stays at its start to 1e-4; the core fx fy cx cy of a splined lens, which the
+// control points can take over, to 1e-4 of the focal length.
+//
+// Sigmas are set at the start of a refinement, from its focal lengths and principal points.
+#pragma once
+
+#include <vector>
+
+#include "solvers/prior.h"
+
+namespace crumple {
+
+// Of all sensors; empty where no lens needs one. Named "cam0.weak" and "cam0.core".
+std::vector<Prior> lens_priors(const CalibrationState& start);
+
+}  // namespace crumple

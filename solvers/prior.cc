@@ -1,0 +1,116 @@
+#include "solvers/prior.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+namespace crumple {
+namespace {
+
+// J_l^-1: how the rotation vector of a turned pose changes with a further small turn on its left.
+Eigen::Matrix3d inverse_left_jacobian(const Eigen::Vector3d& rotation_rad) {
+  const double angle = rotation_rad.norm();
+  const Eigen::Matrix3d cross = cross_matrix(rotation_rad);
+  const double second = angle < 1e-4 ? 1.0 / 12 : 1 / (angle * angle) - 0.5 / (angle * std::tan(0.5 * angle));
+  return Eigen::Matrix3d::Identity() - 0.5 * cross + second * cross * cross;
+}
+
+struct BlockDifference {
+  Eigen::VectorXd value;
+  Eigen::MatrixXd d_tangent;
+};
+
+BlockDifference linear(const Eigen::VectorXd& difference) {
+  return {difference, Eigen::MatrixXd::Identity(difference.size(), difference.size())};
+}
+
+BlockDifference between(const Pose& from, const Pose& to) {
+  BlockDifference difference = linear(local_step(from, to));
+  difference.d_tangent.topLeftCorner<3, 3>() = inverse_left_jacobian(difference.value.head<3>());
+  return difference;
+}
+
+BlockDifference difference_of(const BlockId& block, const CalibrationState& about, const CalibrationState& state) {
+  switch (block.kind) {
+    case BlockId::Kind::lens: {
+      const auto parameters = [&](const CalibrationState& of) {
+        const std::vector<double>& p = of.rig.sensors[block.index].lens.parameters();
+        return Eigen::Map<const Eigen::VectorXd>(p.data(), static_cast<Eigen::Index>(p.size()));
+      };
+      return linear(parameters(state) - parameters(about));
+    }
+    case BlockId::Kind::mount:
+      return between(about.rig.sensors[block.index].sensor_from_probe,
+                     state.rig.sensors[block.index].sensor_from_probe);
+    case BlockId::Kind::placement:
+      return between(about.probe_from_board[block.index], state.probe_from_board[block.index]);
+    case BlockId::Kind::warp:
+      break;
+  }
+  return linear(state.board.warp_mm - about.board.warp_mm);
+}
+
+}  // namespace
+
+Prior::Prior(std::string name, std::vector<PriorTerm> terms, CalibrationState about, Eigen::MatrixXd root)
+    : name_(std::move(name)), terms_(std::move(terms)), about_(std::move(about)), root_(std::move(root)) {
+  for (const PriorTerm& term : terms_) {
+    if (std::find(blocks_.begin(), blocks_.end(), term.block) == blocks_.end()) blocks_.push_back(term.block);
+  }
+  assert(std::count_if(blocks_.begin(), blocks_.end(),
+                       [](const BlockId& block) { return block.kind == BlockId::Kind::placement; }) <= 1);
+}
+
+Expected<Prior> Prior::create(std::string name, std::vector<PriorTerm> terms, CalibrationState about,
+                              const Eigen::MatrixXd& covariance) {
+  assert(covariance.rows() == static_cast<Eigen::Index>(terms.size()) && covariance.cols() == covariance.rows());
+  if (std::set<PriorTerm>(terms.begin(), terms.end()).size() != terms.size()) {
+    return fail(fmt::format("{}: a parameter is given twice", name));
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
+  if (llt.info() != Eigen::Success || !covariance.allFinite()) {
+    return fail(fmt::format("{}: its covariance is not positive definite", name));
+  }
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
+  llt.matrixL().solveInPlace(root);
+  return Prior(std::move(name), std::move(terms), std::move(about), std::move(root));
+}
+
+Prior Prior::as_weak() const {
+  Prior prior = *this;
+  prior.weak_ = true;
+  return prior;
+}
+
+Eigen::VectorXd Prior::sigmas() const {
+  return root_.triangularView<Eigen::Lower>()
+      .solve(Eigen::MatrixXd::Identity(root_.rows(), root_.cols()))
+      .rowwise()
+      .norm();
+}
+
+WhitenedPrior Prior::evaluate(const CalibrationState& state) const {
+  const auto count = static_cast<Eigen::Index>(terms_.size());
+  Eigen::VectorXd difference(count);
+  WhitenedPrior result;
+  for (const BlockId& block : blocks_) {
+    const BlockDifference of_block = difference_of(block, about_, state);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, of_block.value.size());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const PriorTerm& term = terms_[static_cast<std::size_t>(i)];
+      if (term.block != block) continue;
+      difference[i] = of_block.value[term.row];
+      rows.row(i) = of_block.d_tangent.row(term.row);
+    }
+    result.jacobians.emplace_back(root_ * rows);
+  }
+  result.residuals = root_ * difference;
+  return result;
+}
+
+}  // namespace crumple
