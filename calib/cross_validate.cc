@@ -83,7 +83,7 @@ std::map<int, Eigen::Vector3d> reconstruct_corners(const StationGeometry& geomet
   std::map<int, Eigen::Vector3d> points;
   for (std::size_t i = 0; i < corners.pixels.size(); ++i) {
     const auto ray = geometry.camera.ray(corners.pixels[i]);
-    if (!ray) continue;
+    if (!ray || ray->z() <= 0) continue;
     std::vector<DepthReading> depths;
     for (std::size_t o = 0; o < readings.orientations.size(); ++o) {
       const auto read = fit_around(readings.coordinates[o], corners.pixels[i]);

@@ -1,5 +1,5 @@
 // Priors on lens terms that observations can hardly tell apart. They state no knowledge of the lens: they are so wide
-// that terms which the observations do determine are not moved, and they keep the others from growing without limit.
+// that the image the observations do determine is not moved, and they keep the terms from growing without limit.
 //
 //   OPENCV8, OPENCV12   k4 k5 k6 about 0. The denominator can undo the numerator's k1 k2 k3, so each may grow while the
 //                       image hardly changes. Sigma: what changes the image radius at the farthest corner by 100 %.

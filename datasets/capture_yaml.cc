@@ -53,7 +53,7 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
   sensor.size = read_size_px(map);
   if (const auto lens = map.find("lens")) {
     sensor.lens_model = lens->text();
-    if (lens_parameter_names(sensor.lens_model).empty()) {
+    if (!sensor.lens_model.empty() && lens_parameter_names(sensor.lens_model).empty()) {
       lens->problem(fmt::format("must be one of {}, not `{}`", lens_model_choices(), sensor.lens_model));
     }
   }

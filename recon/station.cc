@@ -212,7 +212,7 @@ class Station {
   void add_crossing(const StripeTriangulator& triangulator, const StripeCrossing& crossing) {
     const auto ray = geometry_.camera.ray(crossing.camera_pixel);
     const auto beside = geometry_.camera.ray(crossing.camera_pixel + crossing.direction);
-    if (!ray || !beside) return;
+    if (!ray || !beside || ray->z() <= 0 || beside->z() <= 0) return;
     const auto found = triangulator(*ray, crossing.coordinate_px);
     if (!found) return;
     // What a shift of the camera pixel does to the coordinate at fixed depth, and so to depth at a fixed coordinate.

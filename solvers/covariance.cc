@@ -13,7 +13,7 @@
 namespace crumple {
 namespace {
 
-constexpr double kSingular = 1e-10;
+constexpr double kSingular = 1e-12;  // rounding reaches 1e-15
 constexpr int kNamedComponents = 4;
 
 // The parameters that move most along an eigenvector of the equilibrated matrix.

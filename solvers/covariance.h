@@ -7,7 +7,7 @@
 //   J'J = [ A  B_j ; B_j'  D_j ],   S = A - sum_j B_j D_j^-1 B_j'          (Schur complement)
 //   cov(a) = S^-1,  cov(a, b_j) = -S^-1 B_j D_j^-1,  cov(b_j) = D_j^-1 + D_j^-1 B_j' S^-1 B_j D_j^-1.
 // S is equilibrated to a unit diagonal before it is factored. Where its smallest equilibrated eigenvalue lies below
-// 1e-10 the parameters are not determined: that is an error which names the direction.
+// 1e-12 the parameters are not determined: that is an error which names the direction.
 //
 // Gauge: the reference sensor's mount is held, so every row is relative to that sensor's frame.
 #pragma once

@@ -27,7 +27,8 @@ double widest_panel_slope(const Lens& lens) {
     const double y = -0.5 + (bottom + 0.5) * i / steps;
     for (const Eigen::Vector2d& edge :
          {Eigen::Vector2d(x, -0.5), Eigen::Vector2d(x, bottom), Eigen::Vector2d(-0.5, y), Eigen::Vector2d(right, y)}) {
-      if (const auto ray = lens.ray(edge)) widest = std::max(widest, ray->head<2>().norm());
+      const auto ray = lens.ray(edge);
+      if (ray && ray->z() > 0) widest = std::max(widest, ray->head<2>().norm());
     }
   }
   constexpr double allowance = 1.05;
@@ -43,8 +44,8 @@ RayField::RayField(const Lens& lens, double margin_px)
   for (int y = -margin_px_; y < bottom; ++y) {
     for (int x = -margin_px_; x < right; ++x) {
       const auto ray = lens.ray(Eigen::Vector2d(x, y));
-      rays_.push_back(ray ? Eigen::Vector2d(ray->head<2>())
-                          : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
+      rays_.push_back(ray && ray->z() > 0 ? Eigen::Vector2d(ray->head<2>())
+                                          : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
     }
   }
 }

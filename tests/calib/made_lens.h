@@ -15,15 +15,15 @@ struct MadeLens {
 };
 
 inline MadeLens made_lens(const Lens& lens, const std::string& fitted_model, double sigma_px, unsigned seed) {
-  constexpr int kPlacements = 15;
+  constexpr int kPlacements = 12;
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal(0, sigma_px);
   MadeLens made;
-  made.truth.board = {9, 7, 40, {0, 0}};
+  made.truth.board = {7, 5, 55, {0, 0}};
   made.truth.rig.sensors = {{"cam0", SensorKind::camera, lens, {}}};
   made.data.board = made.truth.board;
   made.data.sensors = {{"cam0", SensorKind::camera, lens.size(), fitted_model}};
-  const Eigen::Vector3d centre(160, 120, 0);
+  const Eigen::Vector3d centre(165, 110, 0);
   for (int p = 0; p < kPlacements; ++p) {
     const double angle = 2.4 * p;
     Pose pose;
