@@ -27,8 +27,10 @@ bool read_parameter(const std::string& line, std::vector<std::array<double, 4>>&
   return true;
 }
 
+Complex square(const Complex& z) { return z * z; }
+
 Complex gauss(const B& b, const X& x) {
-  const auto bell = [&](std::size_t k) { return b[k] * std::exp(-std::pow((x[0] - b[k + 1]) / b[k + 2], 2.0L)); };
+  const auto bell = [&](std::size_t k) { return b[k] * std::exp(-square((x[0] - b[k + 1]) / b[k + 2])); };
   return b[0] * std::exp(-b[1] * x[0]) + bell(2) + bell(5);
 }
 
@@ -102,8 +104,7 @@ const std::map<std::string, StrdModel>& strd_models() {
       {"Chwirut2", chwirut},
       {"DanWood", [](const B& b, const X& x) { return b[0] * std::pow(Complex(x[0]), b[1]); }},
       {"ENSO", enso},
-      {"Eckerle4",
-       [](const B& b, const X& x) { return b[0] / b[1] * std::exp(-0.5L * std::pow((x[0] - b[2]) / b[1], 2.0L)); }},
+      {"Eckerle4", [](const B& b, const X& x) { return b[0] / b[1] * std::exp(-0.5L * square((x[0] - b[2]) / b[1])); }},
       {"Gauss1", gauss},
       {"Gauss2", gauss},
       {"Gauss3", gauss},

@@ -47,7 +47,8 @@ Agreement agreement(const StrdProblem& strd, const Eigen::VectorXd& start) {
   if (!solution) return {0, 0, solution.error().message};
   const Eigen::VectorXd sigmas = solution->covariance.diagonal().cwiseSqrt();
   Eigen::VectorXd found = solution->x;
-  // An arctangent is known up to half turns, so b1 of this model is known up to whole numbers.
+  // An arctangent is known up to half turns, so b1 of this model is known up to whole numbers; the file's b1, whose
+  // exponent is unlike all others' (1.20...E-0), lies one above that of the principal value.
   if (strd.name == "Roszman1") found[0] += std::round(strd.certified[0] - found[0]);
   return {digits(found, strd.certified), digits(sigmas, strd.certified_sigma), ""};
 }
