@@ -57,7 +57,7 @@ std::vector<cv::Mat> in_their_order(const StripeImages& images) {
 
 // How many pixels both decode, and how many of those to the same column and row.
 void compare(const std::vector<cv::Mat>& ours, const cv::Mat& theirs) {
-  long both = 0, same = 0;
+  std::size_t both = 0, same = 0;
   for (int y = 0; y < theirs.rows; ++y) {
     for (int x = 0; x < theirs.cols; ++x) {
       const auto peer = theirs.at<cv::Vec2i>(y, x);
@@ -68,7 +68,7 @@ void compare(const std::vector<cv::Mat>& ours, const cv::Mat& theirs) {
     }
   }
   fmt::print(stderr, "{} pixels decoded by both, {} of them alike\n", both, same);
-  if (same < 0.999 * static_cast<double>(both) || both < theirs.total() / 2) std::exit(1);
+  if (1000 * same < 999 * both || 2 * both < theirs.total()) std::exit(1);
 }
 
 int run() {

@@ -23,6 +23,7 @@ BenchRow in_turns(const std::string& name, const std::string& peer, int turns, c
     row.ours_s = std::min(row.ours_s, ours());
     row.peer_s = std::min(row.peer_s, theirs());
   }
+  fmt::print(stderr, "{}: {:.4f} s, {} {:.4f} s\n", name, row.ours_s, peer, row.peer_s);
   return row;
 }
 
