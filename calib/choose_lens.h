@@ -3,11 +3,9 @@
 // OpenCV's models form a ladder, each with the terms of the one before and some more: PINHOLE, OPENCV4, 5, 8, 12. From
 // the bottom up, a model takes the place of the best so far where both hold:
 //   significant   the Wald statistic w' C^-1 w of the terms it has more, over all sensors of the kind, exceeds what
-//   lenses
-//                 without them reach once in a thousand times (chi-square, Wilson & Hilferty's approximation);
+//                 lenses without them reach once in a thousand times (chi-square, Wilson & Hilferty's approximation);
 //   predictive    it foretells placements that it has not seen better: their mean square residual falls by more than
-//   its
-//                 standard error over the placements.
+//                 its standard error over the placements.
 // Terms that only a weak prior holds (solvers/undetermined.h) do not speak against a model: what it foretells does not
 // depend on them. They are named.
 // Held-out residuals come from folds over the placements, five at most: the rig is calibrated without a fold's
