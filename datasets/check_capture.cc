@@ -74,7 +74,8 @@ bool has_images(const std::vector<cv::Mat>& images) {
 }
 
 void check_exclusions(const Capture& capture, std::vector<Finding>& findings) {
-  for (const auto& [camera, naming] : capture.files) {
+  for (const auto& files : capture.files) {
+    const std::string& camera = files.first;
     const bool all = std::all_of(capture.stations.begin(), capture.stations.end(), [&](const Station& station) {
       return capture.exclusion(station.id, camera).has_value();
     });
