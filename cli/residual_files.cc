@@ -8,6 +8,7 @@
 
 #include "datasets/image_io.h"
 #include "datasets/output_folder.h"
+#include "datasets/placements_file.h"
 #include "datasets/residual_overlay.h"
 #include "datasets/residuals_file.h"
 
@@ -69,7 +70,9 @@ Expected<void> write_picture(const Capture& capture, const Calibration& calibrat
 Expected<void> write_residual_files(const Capture& capture, const CalibrationInput& input,
                                     const Calibration& calibration, bool pictures, const fs::path& folder) {
   const std::string csv = residuals_csv(calibration, input.data.observations);
-  if (auto done = write_file(folder / "residuals.csv", csv); !done || !pictures) return done;
+  if (auto done = write_file(folder / "residuals.csv", csv); !done) return done;
+  const std::string placements = placements_yaml(placements_of(calibration, input.data.boards));
+  if (auto done = write_file(folder / "placements.yaml", placements); !done || !pictures) return done;
   std::error_code failure;
   fs::create_directory(folder / "overlays", failure);
   if (failure) return fail(fmt::format("{} cannot be made: {}", (folder / "overlays").string(), failure.message()));

@@ -1,4 +1,5 @@
-// What calibrate leaves behind of its residuals: residuals.csv, and a picture of each image with them drawn in.
+// What calibrate leaves behind of its observations: residuals.csv, placements.yaml, and a picture of each image with
+// the residuals drawn in.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +10,7 @@
 
 namespace crumple {
 
-// Writes residuals.csv and, where `pictures` is set, overlays/STATION_CAMERA.png into the folder.
+// Writes residuals.csv, placements.yaml and, where `pictures` is set, overlays/STATION_CAMERA.png into the folder.
 Expected<void> write_residual_files(const Capture& capture, const CalibrationInput& input,
                                     const Calibration& calibration, bool pictures, const std::filesystem::path& folder);
 

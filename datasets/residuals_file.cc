@@ -1,9 +1,69 @@
 #include "datasets/residuals_file.h"
 
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
 #include <fmt/format.h>
 
 namespace crumple {
 namespace {
+
+constexpr const char* kHeader = "placement,camera,sensor,kind,index,x_px,y_px,residual_1_px,residual_2_px,accepted";
+constexpr std::size_t kFields = 10;
+
+// A field of RFC 4180.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const bool escaped = quoted && line[i] == '"' && i + 1 < line.size() && line[i + 1] == '"';
+    if (escaped) {
+      fields.back() += line[++i];
+    } else if (line[i] == '"') {
+      quoted = !quoted;
+    } else if (line[i] == ',' && !quoted) {
+      fields.emplace_back();
+    } else {
+      fields.back() += line[i];
+    }
+  }
+  return fields;
+}
+
+template <typename Number>
+std::optional<Number> parsed(const std::string& text) {
+  Number value{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  return value;
+}
+
+// One corner into the view it belongs to; false where the line cannot be read.
+bool add_corner(const std::vector<std::string>& fields, std::vector<RecordedCorners>& views) {
+  const auto index = parsed<int>(fields[4]);
+  const auto x = parsed<double>(fields[5]), y = parsed<double>(fields[6]);
+  const auto dx = parsed<double>(fields[7]), dy = parsed<double>(fields[8]);
+  const auto accepted = parsed<int>(fields[9]);
+  if (!index || !x || !y || !dx || !dy || !accepted) return false;
+  if (views.empty() || views.back().placement != fields[0] || views.back().camera != fields[1]) {
+    views.push_back({fields[0], fields[1], {}, {}, {}, {}});
+  }
+  RecordedCorners& view = views.back();
+  view.corners.push_back(*index);
+  view.pixels.emplace_back(*x, *y);
+  view.residuals_px.emplace_back(*dx, *dy);
+  view.accepted.push_back(*accepted != 0);
+  return true;
+}
 
 // Where the observations of a view lie: their camera, its pixels, and the marked points of a board's view.
 struct SeenAt {
@@ -24,7 +84,7 @@ std::vector<SeenAt> places(const Observations& observations) {
 }  // namespace
 
 std::string residuals_csv(const Calibration& calibration, const Observations& observations) {
-  std::string text = "placement,camera,sensor,kind,index,x_px,y_px,residual_1_px,residual_2_px,accepted\n";
+  std::string text = std::string(kHeader) + "\n";
   const std::vector<Sensor>& sensors = calibration.bundle.state.rig.sensors;
   const std::vector<SeenAt> seen = places(observations);
   for (std::size_t v = 0; v < seen.size(); ++v) {
@@ -32,15 +92,34 @@ std::string residuals_csv(const Calibration& calibration, const Observations& ob
     const Eigen::Index dimension = view.kind == View::Kind::stripes ? 1 : 2;
     for (std::size_t i = 0; i < seen[v].pixels.size(); ++i) {
       const Eigen::Index row = dimension * static_cast<Eigen::Index>(i);
-      const std::string second = dimension == 2 ? fmt::format("{:.6f}", view.residuals_px[row + 1]) : "";
+      const std::string second = dimension == 2 ? fmt::format("{}", view.residuals_px[row + 1]) : "";
       text +=
-          fmt::format("{},{},{},{},{},{:.4f},{:.4f},{:.6f},{},{}\n", calibration.placement_names[view.placement],
+          fmt::format("{},{},{},{},{},{},{},{},{},{}\n", field(calibration.placement_names[view.placement]),
                       sensors[seen[v].camera].name, sensors[view.sensor].name, name_of(view.kind),
                       seen[v].corners != nullptr ? (*seen[v].corners)[i] : static_cast<int>(i), seen[v].pixels[i].x(),
                       seen[v].pixels[i].y(), view.residuals_px[row], second, view.inlier[i] != 0 ? 1 : 0);
     }
   }
   return text;
+}
+
+Expected<std::vector<RecordedCorners>> parse_recorded_corners(const std::string& csv, const std::string& file_name) {
+  std::istringstream lines(csv);
+  std::string line;
+  if (!std::getline(lines, line) || line != kHeader) {
+    return fail(fmt::format("{}:1: the header has to be {}", file_name, kHeader));
+  }
+  std::vector<RecordedCorners> views;
+  for (int number = 2; std::getline(lines, line); ++number) {
+    const std::vector<std::string> fields = fields_of(line);
+    if (fields.size() != kFields) {
+      return fail(fmt::format("{}:{}: has {} fields, not {}", file_name, number, fields.size(), kFields));
+    }
+    if (fields[3] == name_of(View::Kind::corners) && !add_corner(fields, views)) {
+      return fail(fmt::format("{}:{}: holds a number that cannot be read", file_name, number));
+    }
+  }
+  return views;
 }
 
 }  // namespace crumple

@@ -9,6 +9,7 @@
 #include "datasets/cameramodel_file.h"
 #include "datasets/npy_file.h"
 #include "datasets/output_folder.h"
+#include "datasets/pose_yaml.h"
 #include "datasets/yaml_reader.h"
 #include "datasets/yaml_text.h"
 #include "datasets/yaml_values.h"
@@ -22,20 +23,18 @@ constexpr const char* description_name = "rig.yaml";
 constexpr const char* covariance_name = "covariance.npy";
 constexpr double largest = 1e12;  // bounds every number of rig.yaml
 
-// Rounding between a quaternion and the rotation vector in the .cameramodel, and of a quaternion's length.
+// Rounding between a quaternion and the rotation vector in the .cameramodel.
 constexpr double rounding = 1e-9;
 
 std::string description(const Rig& rig) {
   std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", schema);
   for (const Sensor& sensor : rig.sensors) {
-    const Eigen::Quaterniond& q = sensor.sensor_from_probe.rotation;
-    const Eigen::Vector3d& t = sensor.sensor_from_probe.translation;
     text += fmt::format(
         "  - name: {}\n    kind: {}\n    size_px: [{}, {}]\n    lens_model: {}\n    file: {}\n"
-        "    sensor_from_probe:\n      quaternion_wxyz: [{}, {}, {}, {}]\n      translation_mm: [{}, {}, {}]\n",
+        "    sensor_from_probe:\n{}",
         yaml_quoted(sensor.name), sensor.kind == SensorKind::camera ? "camera" : "projector",
         sensor.lens.size().width_px, sensor.lens.size().height_px, sensor.lens.model(),
-        yaml_quoted(sensor.name + ".cameramodel"), q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
+        yaml_quoted(sensor.name + ".cameramodel"), pose_yaml(sensor.sensor_from_probe, 6));
   }
   if (!rig.sigma_px.empty()) text += "sigma_px:\n";
   for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", yaml_quoted(group), sigma_px);
@@ -81,30 +80,6 @@ Expected<void> check_rig(const Rig& rig) {
   if (auto sound = check_covariance(rig.covariance); !sound)
     return fail(fmt::format("The rig's covariance is unusable: {}.", sound.error().message));
   return {};
-}
-
-std::vector<double> read_numbers(const YamlValue& value, std::size_t count) {
-  const std::vector<YamlValue> items = value.list();
-  if (items.size() != count) value.problem(fmt::format("must hold {} numbers", count));
-  std::vector<double> numbers(count);
-  for (std::size_t i = 0; i < std::min(count, items.size()); ++i) numbers[i] = items[i].number(-largest, largest);
-  return numbers;
-}
-
-Pose read_pose(const YamlValue& value) {
-  Pose pose;
-  YamlMap map = value.map();
-  if (const auto rotation = map.require("quaternion_wxyz", "[w, x, y, z]")) {
-    const std::vector<double> q = read_numbers(*rotation, 4);
-    pose.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
-    if (std::abs(pose.rotation.norm() - 1) > rounding) rotation->problem("must be of unit length");
-  }
-  if (const auto translation = map.require("translation_mm", "[x, y, z]")) {
-    const std::vector<double> t = read_numbers(*translation, 3);
-    pose.translation = {t[0], t[1], t[2]};
-  }
-  map.finish();
-  return pose;
 }
 
 // What rig.yaml says of a sensor; its lens is in another file.

@@ -46,6 +46,7 @@ Eigen::Matrix<double, N, 1> read_vector(const YamlValue& value, double lowest, d
 
 template Eigen::Vector2d read_vector<2>(const YamlValue&, double, double);
 template Eigen::Vector3d read_vector<3>(const YamlValue&, double, double);
+template Eigen::Vector4d read_vector<4>(const YamlValue&, double, double);
 
 bool is_plain_name(const std::string& name) {
   return !name.empty() && name.size() <= 100 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
