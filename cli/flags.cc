@@ -18,6 +18,8 @@ DEFINE_string(images, "", "folder with the capture's images; empty: the one the 
 DEFINE_int32(threads, 0, "threads to compute with; 0: as many as there are processors; the result is the same");
 DEFINE_string(stations, "", "ids of the stations to take, comma-separated; empty: see above");
 DEFINE_string(truth, "", "the truth folder of a simulated capture; adds how far the result is from it");
+DEFINE_string(format, "", "opencv, kalibr, ros, colmap or mrcal");
+DEFINE_string(unit, "", "of lengths in formats that state none (opencv, colmap, mrcal): mm, cm or m");
 
 namespace crumple {
 namespace {

@@ -24,6 +24,8 @@ DECLARE_string(images);
 DECLARE_int32(threads);
 DECLARE_string(stations);
 DECLARE_string(truth);
+DECLARE_string(format);
+DECLARE_string(unit);
 
 namespace crumple {
 

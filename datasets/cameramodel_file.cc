@@ -45,20 +45,26 @@ Expected<ImageSize> image_size(const nlohmann::json& model) {
 
 }  // namespace
 
-std::string cameramodel_text(const CameraModel& model) {
+std::string cameramodel_text(const CameraModel& model, const std::string& unit) {
   const Eigen::Vector3d rotation = rotation_vector(model.camera_from_reference.rotation);
   const Eigen::Vector3d& translation = model.camera_from_reference.translation;
+  const std::string inputs = model.inputs
+                                 ? fmt::format("\n    'icam_intrinsics': {},\n\n    'optimization_inputs': b'{}',\n",
+                                               model.inputs->camera, model.inputs->base85)
+                                 : "";
   return fmt::format(
       "{{\n"
       "    'lensmodel':  '{}',\n\n"
       "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n"
       "    'intrinsics': [ {} ],\n\n"
-      "    # extrinsics are rt_fromref: rotation vector in rad, translation in mm\n"
+      "    # extrinsics are rt_fromref: rotation vector in rad, translation in {}\n"
       "    'extrinsics': [ {}, {}, {}, {}, {}, {} ],\n\n"
       "    'imagersize': [ {}, {} ],\n"
+      "{}"
       "}}\n",
-      model.lens.model(), fmt::join(model.lens.parameters(), ", "), rotation.x(), rotation.y(), rotation.z(),
-      translation.x(), translation.y(), translation.z(), model.lens.size().width_px, model.lens.size().height_px);
+      model.lens.model(), fmt::join(model.lens.parameters(), ", "), unit, rotation.x(), rotation.y(), rotation.z(),
+      translation.x(), translation.y(), translation.z(), model.lens.size().width_px, model.lens.size().height_px,
+      inputs);
 }
 
 Expected<CameraModel> parse_cameramodel(const std::string& text) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "solvers/expected.h"
@@ -10,15 +11,22 @@
 
 namespace crumple {
 
+// What mrcal calls optimization_inputs: the problem that the model solves, for its tools to take up.
+struct OptimizationInputs {
+  std::string base85;  // an .npz with the arguments of mrcal.optimize()
+  int camera = 0;      // which of the problem's cameras the model is
+};
+
 struct CameraModel {
   Lens lens;
-  Pose camera_from_reference;  // `extrinsics` in the file: rotation vector (rad), translation (mm)
+  Pose camera_from_reference;                     // `extrinsics` in the file: rotation vector (rad), translation (mm)
+  std::optional<OptimizationInputs> inputs = {};  // written where set; not read
 };
 
 // Numbers carry as many digits as it takes to read them back exactly; the rotation goes through a rotation vector and
 // comes back to rounding only. mrcal knows no unit of length: whatever the file holds is taken as mm, and ours says so
-// in a comment.
-std::string cameramodel_text(const CameraModel& model);
+// in a comment; `unit` is for models that are written in another one.
+std::string cameramodel_text(const CameraModel& model, const std::string& unit = "mm");
 Expected<CameraModel> parse_cameramodel(const std::string& text);
 
 Expected<void> write_cameramodel(const std::filesystem::path& file, const CameraModel& model);

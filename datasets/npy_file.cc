@@ -64,9 +64,8 @@ Expected<Eigen::MatrixXd> parse_npy(const std::string& bytes) {
   return result;
 }
 
-Expected<void> write_npy(const std::filesystem::path& file, const Eigen::MatrixXd& matrix) {
-  std::string header =
-      fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", matrix.rows(), matrix.cols());
+std::string npy_preamble(const std::string& type, const std::string& shape) {
+  std::string header = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
   // The numbers start at a multiple of 64 bytes; the header ends with a newline.
   const std::size_t padded = (preamble_size + header.size() + 1 + 63) / 64 * 64;
   header.resize(padded - preamble_size - 1, ' ');
@@ -74,7 +73,11 @@ Expected<void> write_npy(const std::filesystem::path& file, const Eigen::MatrixX
   std::string bytes = magic;
   bytes += static_cast<char>(header.size() % 256);
   bytes += static_cast<char>(header.size() / 256);
-  bytes += header;
+  return bytes + header;
+}
+
+Expected<void> write_npy(const std::filesystem::path& file, const Eigen::MatrixXd& matrix) {
+  std::string bytes = npy_preamble("<f8", fmt::format("({}, {})", matrix.rows(), matrix.cols()));
   const RowMajorMatrix row_major = matrix;
   bytes.append(reinterpret_cast<const char*>(row_major.data()),
                static_cast<std::size_t>(row_major.size()) * sizeof(double));

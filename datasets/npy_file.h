@@ -19,4 +19,7 @@ Expected<Eigen::MatrixXd> read_npy(const std::filesystem::path& file);
 // The same from memory; errors name no file.
 Expected<Eigen::MatrixXd> parse_npy(const std::string& bytes);
 
+// What stands before the numbers of an array in C order: `type` is NumPy's ("<f8"), `shape` a Python tuple ("(2, 3)").
+std::string npy_preamble(const std::string& type, const std::string& shape);
+
 }  // namespace crumple

@@ -12,6 +12,8 @@ Verb simulate_verb();
 Verb check_verb();
 Verb calibrate_verb();
 Verb reconstruct_verb();
+Verb export_verb();
+Verb import_verb();
 
 std::vector<Verb> all_verbs();
 
