@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "solvers/minimise.h"
 #include "solvers/parallel.h"
 
 namespace crumple {
@@ -19,37 +22,40 @@ using GroupKey = std::pair<std::size_t, View::Kind>;
 constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
 constexpr int kReadmittingRounds = 10;
+constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kSigmaFloor_px = 1e-9;  // noise-free data must not divide by zero
 constexpr double kSigmaSettled = 1e-6;   // relative change
 
 GroupKey key_of(const View& view) { return {view.sensor(), view.kind()}; }
 
-// Residuals and Jacobians of all views at a state, unwhitened.
-Expected<std::vector<ViewEvaluation>> evaluate(const Views& views, const CalibrationState& state, bool with_jacobians,
-                                               int threads) {
-  std::vector<ViewEvaluation> evaluations(views.size());
+// Residuals of all views at a state, unwhitened.
+Expected<std::vector<Eigen::VectorXd>> residuals_at(const Views& views, const CalibrationState& state, int threads) {
+  std::vector<Eigen::VectorXd> residuals(views.size());
   std::vector<char> predicted(views.size());
-  parallel_for(views.size(), threads,
-               [&](std::size_t v) { predicted[v] = views[v]->evaluate(state, with_jacobians, evaluations[v]); });
+  parallel_for(views.size(), threads, [&](std::size_t v) {
+    ViewEvaluation evaluation;
+    predicted[v] = views[v]->evaluate(state, false, evaluation);
+    residuals[v] = std::move(evaluation.residuals);
+  });
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (predicted[v]) continue;
     return fail(fmt::format("the start cannot predict the {} of sensor {} at placement {}: its pose or lens is wrong",
                             name_of(views[v]->kind()), state.rig.sensors[views[v]->sensor()].name,
                             views[v]->placement()));
   }
-  return evaluations;
+  return residuals;
 }
 
 // Sigma of each group from the median squared length of its residuals.
-std::map<GroupKey, double> robust_sigmas(const Views& views, const std::vector<ViewEvaluation>& evaluations) {
+std::map<GroupKey, double> robust_sigmas(const Views& views, const std::vector<Eigen::VectorXd>& residuals) {
   std::map<GroupKey, std::vector<double>> squares;
   std::map<GroupKey, int> dimensions;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
     dimensions[key_of(*views[v])] = d;
     for (int i = 0; i < views[v]->size(); ++i) {
-      squares[key_of(*views[v])].push_back(evaluations[v].residuals.segment(d * i, d).squaredNorm());
+      squares[key_of(*views[v])].push_back(residuals[v].segment(d * i, d).squaredNorm());
     }
   }
   std::map<GroupKey, double> sigmas;
@@ -67,68 +73,67 @@ void set_sigmas(const Views& views, const std::map<GroupKey, double>& sigmas, st
   for (std::size_t v = 0; v < views.size(); ++v) weights[v].sigma_px = sigmas.at(key_of(*views[v]));
 }
 
-// What one linearisation tells of each view: its whitened evaluation and the hat matrix block of each observation.
+// What one linearisation tells of each view: its residuals and the hat matrix block of each observation.
 struct Linearisation {
-  std::vector<ViewEvaluation> raw;                 // residuals only are read after this
+  std::vector<Eigen::VectorXd> residuals_px;
   std::vector<std::vector<Eigen::Matrix2d>> hats;  // J C J' / variance, top-left d x d used
   JointCovariance covariance;
 };
 
 std::vector<Eigen::Matrix2d> hat_blocks(const View& view, const ViewEvaluation& evaluation, double variance_px2,
                                         const JointCovariance& covariance, const CalibrationState& state) {
-  const Eigen::MatrixXd cov = covariance.of(view.blocks(), state);
-  RowMajorMatrix jacobian(evaluation.residuals.size(), cov.cols());
-  int column = 0;
-  for (const RowMajorMatrix& block : evaluation.jacobians) {
-    jacobian.middleCols(column, block.cols()) = block;
-    column += static_cast<int>(block.cols());
-  }
-  const RowMajorMatrix projected = jacobian * cov;
+  const Eigen::MatrixXd& local = evaluation.local_from_blocks;
+  const Eigen::MatrixXd cov = local * covariance.of(view.blocks(), state) * local.transpose() / variance_px2;
+  const RowMajorMatrix projected = evaluation.jacobian * cov;
   const int d = view.dimension();
   std::vector<Eigen::Matrix2d> hats(static_cast<std::size_t>(view.size()), Eigen::Matrix2d::Zero());
   for (int i = 0; i < view.size(); ++i) {
-    hats[static_cast<std::size_t>(i)].topLeftCorner(d, d) =
-        projected.middleRows(d * i, d) * jacobian.middleRows(d * i, d).transpose() / variance_px2;
+    hats[static_cast<std::size_t>(i)].topLeftCorner(d, d).noalias() =
+        projected.middleRows(d * i, d).lazyProduct(evaluation.jacobian.middleRows(d * i, d).transpose());
   }
   return hats;
 }
 
-Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeights>& weights,
-                                  const Parameters& parameters, const CalibrationState& state,
-                                  const BundleOptions& options) {
-  const int threads = options.threads;
-  auto raw = evaluate(views, state, true, threads);
-  if (!raw) return tl::unexpected(raw.error());
-  NormalEquations equations(parameters);
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    ViewEvaluation whitened = (*raw)[v];
-    whiten(*views[v], weights[v], whitened);
-    discount(weights[v], whitened);
-    equations.add(*views[v], whitened);
-  }
+// The equations without robust loss at a state that predicts all views.
+NormalEquations equations_at(const Views& views, const std::vector<ViewWeights>& weights, const Parameters& parameters,
+                             const CalibrationState& state, const BundleOptions& options) {
+  const auto evaluate = [&](std::size_t v, ViewEvaluation& evaluation) {
+    views[v]->evaluate(state, true, evaluation);
+    whiten(*views[v], weights[v], evaluation);
+    discount(weights[v], evaluation);
+    return true;
+  };
+  NormalEquations equations = *NormalEquations::of(views, parameters, evaluate, options.threads);
   for (const Prior& prior : options.priors) equations.add(prior, state);
+  return equations;
+}
+
+Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeights>& weights,
+                                  const NormalEquations& equations, const CalibrationState& state, int threads) {
   auto covariance = JointCovariance::create(equations, state);
   if (!covariance) return tl::unexpected(covariance.error());
-  Linearisation result{std::move(*raw), std::vector<std::vector<Eigen::Matrix2d>>(views.size()),
-                       std::move(*covariance)};
+  Linearisation result{std::vector<Eigen::VectorXd>(views.size()),
+                       std::vector<std::vector<Eigen::Matrix2d>>(views.size()), std::move(*covariance)};
   parallel_for(views.size(), threads, [&](std::size_t v) {
     const double variance_px2 = weights[v].sigma_px * weights[v].sigma_px * weights[v].inflation;
-    result.hats[v] = hat_blocks(*views[v], result.raw[v], variance_px2, result.covariance, state);
+    ViewEvaluation evaluation;
+    views[v]->evaluate(state, true, evaluation);
+    result.hats[v] = hat_blocks(*views[v], evaluation, variance_px2, result.covariance, state);
+    result.residuals_px[v] = std::move(evaluation.residuals);
   });
   return result;
 }
 
 // Squared residual standardised by its own redundancy (or, for one left out, by its prediction's variance).
-double standardised_square(const Eigen::VectorXd& residual_px, double sigma_px, const Eigen::Matrix2d& hat,
-                           bool inlier) {
-  // In one dimension the rest of the block stays the identity and the second residual zero.
-  const auto d = residual_px.size();
-  Eigen::Vector2d residual = Eigen::Vector2d::Zero();
-  residual.head(d) = residual_px;
+double standardised_square(const Eigen::VectorXd& residuals_px, int i, int d, double sigma_px,
+                           const Eigen::Matrix2d& hat, bool inlier) {
+  // In one dimension the second row stands idle: residual 0, variance 1.
+  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
+  residual_px.head(d) = residuals_px.segment(d * i, d);
   const Eigen::Matrix2d variance = Eigen::Matrix2d::Identity() + (inlier ? -1 : 1) * hat;
   // An observation that alone determines something has no redundancy and cannot be tested.
   if (variance.determinant() < 1e-6) return 0;
-  return residual.dot(variance.inverse() * residual) / (sigma_px * sigma_px);
+  return residual_px.dot(variance.inverse() * residual_px) / (sigma_px * sigma_px);
 }
 
 // Re-decides every observation (without `readmit` only those that count); returns how many changed sides.
@@ -141,7 +146,7 @@ std::size_t gate_outliers(const Views& views, const Linearisation& at, double ga
     for (int i = 0; i < views[v]->size(); ++i) {
       char& inlier = weights[v].inlier[static_cast<std::size_t>(i)];
       if (!inlier && !readmit) continue;
-      const double square = standardised_square(at.raw[v].residuals.segment(d * i, d), weights[v].sigma_px,
+      const double square = standardised_square(at.residuals_px[v], i, d, weights[v].sigma_px,
                                                 at.hats[v][static_cast<std::size_t>(i)], inlier != 0);
       const char now = square <= limit;
       changed += now != inlier;
@@ -162,7 +167,7 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
     group.sensor = views[v]->sensor();
     group.kind = views[v]->kind();
     for (int i = 0; i < views[v]->size(); ++i) {
-      const double square = at.raw[v].residuals.segment(d * i, d).squaredNorm();
+      const double square = at.residuals_px[v].segment(d * i, d).squaredNorm();
       all_squares[key_of(*views[v])] += square;
       ++group.observations;
       if (!weights[v].inlier[static_cast<std::size_t>(i)]) {
@@ -187,36 +192,36 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
   return groups;
 }
 
-ViewSummary summarise_view(const View& view, const ViewEvaluation& raw, const ViewWeights& weights) {
-  ViewSummary summary{view.sensor(), view.placement(), view.kind(), 0, 0, weights.inlier, raw.residuals};
+ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px, const ViewWeights& weights) {
+  ViewSummary summary{view.sensor(), view.placement(), view.kind(), 0, 0, weights.inlier, residuals_px};
   const int d = view.dimension();
   double accepted_square = 0;
   int accepted = 0;
   for (int i = 0; i < view.size(); ++i) {
     if (!weights.inlier[static_cast<std::size_t>(i)]) continue;
-    accepted_square += raw.residuals.segment(d * i, d).squaredNorm();
+    accepted_square += residuals_px.segment(d * i, d).squaredNorm();
     ++accepted;
   }
   summary.rms_px = accepted > 0 ? std::sqrt(accepted_square / accepted) : 0;
-  summary.rms_all_px = view.size() > 0 ? std::sqrt(raw.residuals.squaredNorm() / view.size()) : 0;
+  summary.rms_all_px = view.size() > 0 ? std::sqrt(residuals_px.squaredNorm() / view.size()) : 0;
   return summary;
 }
 
 // Stage 1: leaves the state near the optimum of the good observations, and their sigmas in the weights.
-Expected<void> converge_robustly(const Views& views, const BundleOptions& options, MinimiseOptions minimise_options,
+Expected<void> converge_robustly(const Views& views, const Parameters& parameters, const BundleOptions& options,
                                  std::vector<ViewWeights>& weights, CalibrationState& state) {
-  minimise_options.cauchy_scale = kCauchyScale;
-  for (int round = 0; round < kRobustRounds; ++round) {
-    const auto evaluations = evaluate(views, state, false, options.threads);
-    if (!evaluations) return tl::unexpected(evaluations.error());
-    set_sigmas(views, robust_sigmas(views, *evaluations), weights);
-    const auto summary = minimise(views, weights, minimise_options, state);
-    if (!summary) return tl::unexpected(summary.error());
+  const MinimiseOptions minimise_options{.cauchy_scale = kCauchyScale,
+                                         .threads = options.threads,
+                                         .priors = options.priors,
+                                         .tolerance = kRobustTolerance};
+  for (int round = 0;; ++round) {
+    const auto residuals = residuals_at(views, state, options.threads);
+    if (!residuals) return tl::unexpected(residuals.error());
+    set_sigmas(views, robust_sigmas(views, *residuals), weights);
+    if (round == kRobustRounds) return {};
+    const auto minimum = minimise(views, weights, parameters, minimise_options, state);
+    if (!minimum) return tl::unexpected(minimum.error());
   }
-  const auto evaluations = evaluate(views, state, false, options.threads);
-  if (!evaluations) return tl::unexpected(evaluations.error());
-  set_sigmas(views, robust_sigmas(views, *evaluations), weights);
-  return {};
 }
 
 double inflation_of(View::Kind kind, const BundleOptions& options) {
@@ -274,29 +279,33 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
                               const BundleOptions& options) {
   const Views views = make_views(observations, start.board_of);
   CalibrationState state = start;
-  MinimiseOptions minimise_options{.held = options.held, .threads = options.threads, .priors = options.priors};
-  minimise_options.held.insert({BlockId::Kind::mount, 0});
+  std::set<BlockId> held = options.held;
+  held.insert({BlockId::Kind::mount, 0});
   for (std::size_t b = 0; b < start.boards.size(); ++b) {
-    if (!options.estimate_warp) minimise_options.held.insert({BlockId::Kind::warp, b});
-    minimise_options.held.insert({BlockId::Kind::scale, b});
+    if (!options.estimate_warp) held.insert({BlockId::Kind::warp, b});
+    held.insert({BlockId::Kind::scale, b});
   }
-  const Parameters parameters(state, views, minimise_options.held);
+  const Parameters parameters(state, views, held);
   std::vector<ViewWeights> weights;
   for (const auto& view : views) {
     weights.push_back(
         {1, inflation_of(view->kind(), options), std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
   }
 
-  if (const auto done = converge_robustly(views, options, minimise_options, weights, state); !done) {
+  if (const auto done = converge_robustly(views, parameters, options, weights, state); !done) {
     return tl::unexpected(done.error());
   }
-  for (int round = 1;; ++round) {
-    auto at = linearise(views, weights, parameters, state, options);
+  if (options.reject_outliers) {
+    const NormalEquations equations = equations_at(views, weights, parameters, state, options);
+    const auto at = linearise(views, weights, equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
-    if (round == 1 && options.reject_outliers) gate_outliers(views, *at, options.gate, true, weights);
-    const auto summary = minimise(views, weights, minimise_options, state);
-    if (!summary) return tl::unexpected(summary.error());
-    at = linearise(views, weights, parameters, state, options);
+    gate_outliers(views, *at, options.gate, true, weights);
+  }
+  const MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors};
+  for (int round = 1;; ++round) {
+    const auto minimum = minimise(views, weights, parameters, minimise_options, state);
+    if (!minimum) return tl::unexpected(minimum.error());
+    auto at = linearise(views, weights, minimum->equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
     const auto groups = summarise_groups(views, *at, weights, options);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
@@ -311,7 +320,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
                           std::move(undetermined)};
       for (const auto& [key, group] : groups) result.groups.push_back(group);
       for (std::size_t v = 0; v < views.size(); ++v) {
-        result.views.push_back(summarise_view(*views[v], at->raw[v], weights[v]));
+        result.views.push_back(summarise_view(*views[v], at->residuals_px[v], weights[v]));
       }
       return result;
     }

@@ -19,12 +19,13 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "solvers/covariance.h"
-#include "solvers/minimise.h"
+#include "solvers/prior.h"
+#include "solvers/residuals.h"
 #include "solvers/undetermined.h"
 
 namespace crumple {

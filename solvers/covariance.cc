@@ -32,64 +32,32 @@ std::string in_words(const Eigen::VectorXd& direction, const std::vector<std::st
 
 }  // namespace
 
-NormalEquations::NormalEquations(const Parameters& parameters)
-    : parameters_(parameters), common_(Eigen::MatrixXd::Zero(parameters.common_size(), parameters.common_size())) {
-  for (const std::size_t p : parameters.placements()) {
-    placement_[p].setZero();
-    coupling_[p].setZero(parameters.common_size(), 6);
-  }
-}
-
-void NormalEquations::add(const View& view, const ViewEvaluation& whitened) { add(view.blocks(), whitened.jacobians); }
-
-void NormalEquations::add(const Prior& prior, const CalibrationState& state) {
-  add(prior.blocks(), prior.evaluate(state).jacobians);
-}
-
-// At most one of the blocks is a placement.
-void NormalEquations::add(const std::vector<BlockId>& blocks, const std::vector<RowMajorMatrix>& jacobians) {
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (!parameters_.estimated(blocks[i])) continue;
-    const RowMajorMatrix& left = jacobians[i];
-    const auto row = parameters_.common_offset(blocks[i]);
-    if (!row) {
-      placement_[blocks[i].index] += left.transpose() * left;
-      continue;
-    }
-    for (std::size_t j = 0; j < blocks.size(); ++j) {
-      const RowMajorMatrix& right = jacobians[j];
-      if (const auto column = parameters_.common_offset(blocks[j])) {
-        common_.block(*row, *column, left.cols(), right.cols()).noalias() += left.transpose() * right;
-      } else if (parameters_.estimated(blocks[j])) {
-        coupling_[blocks[j].index].middleRows(*row, left.cols()).noalias() += left.transpose() * right;
-      }
-    }
-  }
-}
-
 Expected<JointCovariance> JointCovariance::create(const NormalEquations& equations, const CalibrationState& state) {
-  JointCovariance result(equations.parameters_);
-  Eigen::MatrixXd schur = equations.common_;
-  for (const auto& [p, information] : equations.placement_) {
+  const Parameters& parameters = equations.parameters();
+  JointCovariance result(parameters);
+  Eigen::MatrixXd schur = equations.common();
+  for (std::size_t p = 0; p < equations.placements().size(); ++p) {
+    const Matrix6d& information = equations.placements()[p].information;
     const Eigen::Vector<double, 6> scale = information.diagonal().cwiseSqrt().cwiseInverse();
     const Matrix6d equilibrated = scale.asDiagonal() * information * scale.asDiagonal();
     const SymmetricEigen eigen = symmetric_eigen(equilibrated);
     if (!scale.allFinite() || eigen.values[0] < kSingular) {
-      return fail(fmt::format("the pose of board placement {} is not determined by its observations", p));
+      return fail(fmt::format("the pose of board placement {} is not determined by its observations",
+                              parameters.placements()[p]));
     }
     const Matrix6d inverse = scale.asDiagonal() *
                              (eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose()) *
                              scale.asDiagonal();
-    const auto& coupling = equations.coupling_.at(p);
-    result.placement_inverse_[p] = inverse;
-    result.gain_[p] = coupling * inverse;
-    schur.noalias() -= result.gain_[p] * coupling.transpose();
+    const auto& coupling = equations.placements()[p].coupling;
+    result.placement_inverse_.push_back(inverse);
+    result.gain_.push_back(coupling * inverse);
+    schur.noalias() -= result.gain_.back() * coupling.transpose();
   }
-  result.names_ = equations.parameters_.common_names(state);
+  result.names_ = parameters.common_names(state);
   const std::vector<std::string>& names = result.names_;
   const Eigen::VectorXd diagonal = schur.diagonal();
   for (int i = 0; i < diagonal.size(); ++i) {
-    if (!(diagonal[i] > kSingular * equations.common_(i, i))) {
+    if (!(diagonal[i] > kSingular * equations.common()(i, i))) {
       return fail(fmt::format("{} is not determined by the observations", names[static_cast<std::size_t>(i)]));
     }
   }
@@ -110,26 +78,37 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
 }
 
 Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const CalibrationState& state) const {
-  // Rows of the blocks as a linear map of (a, e): block = T a + e, where e is a placement's own part.
-  int size = 0;
+  // Rows of the blocks as a linear map of the common parameters, and a placement's own part beside it.
+  int size = 0, placement_row = 0;
   for (const BlockId& block : blocks) size += tangent_size(block, state);
-  Eigen::MatrixXd from_common = Eigen::MatrixXd::Zero(size, common_.rows());
-  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(size, size);
+  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size, common_.cols());  // with the common parameters
+  std::optional<std::size_t> slot;
   int row = 0;
-  int placements = 0;
   for (const BlockId& block : blocks) {
     const int rows = tangent_size(block, state);
     if (const auto offset = parameters_.common_offset(block)) {
-      from_common.block(row, *offset, rows, rows).setIdentity();
+      cross.middleRows(row, rows) = common_.middleRows(*offset, rows);
     } else if (parameters_.estimated(block)) {
-      ++placements;
-      from_common.middleRows(row, rows) = -gain_.at(block.index).transpose();
-      own.block(row, row, rows, rows) = placement_inverse_.at(block.index);
+      assert(!slot);
+      slot = parameters_.placement_slot(block.index);
+      placement_row = row;
+      cross.middleRows(row, rows).noalias() = -gain_[*slot].transpose() * common_;
     }
     row += rows;
   }
-  assert(placements <= 1);
-  return from_common * common_ * from_common.transpose() + own;
+  Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(size, size);
+  int column = 0;
+  for (const BlockId& block : blocks) {
+    const int columns = tangent_size(block, state);
+    if (const auto offset = parameters_.common_offset(block)) {
+      joint.middleCols(column, columns) = cross.middleCols(*offset, columns);
+    } else if (parameters_.estimated(block)) {
+      joint.middleCols(column, columns).noalias() = -cross * gain_[*slot];
+    }
+    column += columns;
+  }
+  if (slot) joint.block<6, 6>(placement_row, placement_row) += placement_inverse_[*slot];
+  return joint;
 }
 
 }  // namespace crumple

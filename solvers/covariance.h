@@ -12,34 +12,13 @@
 // Gauge: the reference sensor's mount is held, so every row is relative to that sensor's frame.
 #pragma once
 
-#include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "solvers/expected.h"
-#include "solvers/parameters.h"
-#include "solvers/prior.h"
+#include "solvers/normal_equations.h"
 
 namespace crumple {
-
-class NormalEquations {
- public:
-  explicit NormalEquations(const Parameters& parameters);
-
-  // Adds a whitened view. Views must come in one fixed order: the sums' bits depend on it.
-  void add(const View& view, const ViewEvaluation& whitened);
-  // A prior counts as one more observation.
-  void add(const Prior& prior, const CalibrationState& state);
-
- private:
-  void add(const std::vector<BlockId>& blocks, const std::vector<RowMajorMatrix>& jacobians);
-  friend class JointCovariance;
-  const Parameters& parameters_;
-  Eigen::MatrixXd common_;
-  std::map<std::size_t, Matrix6d> placement_;
-  std::map<std::size_t, Eigen::Matrix<double, Eigen::Dynamic, 6>> coupling_;
-};
 
 class JointCovariance {
  public:
@@ -61,8 +40,8 @@ class JointCovariance {
   Parameters parameters_;
   std::vector<std::string> names_;
   Eigen::MatrixXd common_;
-  std::map<std::size_t, Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1
-  std::map<std::size_t, Matrix6d> placement_inverse_;                     // D_j^-1
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1, as Parameters::placements
+  std::vector<Matrix6d> placement_inverse_;                     // D_j^-1
   double condition_ = 0;
   std::string weakest_direction_;
 };

@@ -1,5 +1,6 @@
 #include "solvers/lens.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -8,6 +9,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <fmt/format.h>
+
+#include "solvers/opencv_model.h"
 
 extern "C" {
 #include <mrcal/mrcal.h>
@@ -45,6 +48,10 @@ bool supported(const mrcal_lensmodel_t& model) {
     default:
       return false;
   }
+}
+
+bool is_opencv(const mrcal_lensmodel_t& model) {
+  return model.type == MRCAL_LENSMODEL_PINHOLE || MRCAL_LENSMODEL_IS_OPENCV(model.type);
 }
 
 bool is_splined(const mrcal_lensmodel_t& model) { return model.type == MRCAL_LENSMODEL_SPLINED_STEREOGRAPHIC; }
@@ -159,6 +166,7 @@ Lens Lens::with_parameters(std::vector<double> parameters) const {
 
 std::optional<Eigen::Vector2d> Lens::project(const Eigen::Vector3d& point) const {
   if (!domain_.contains(point)) return std::nullopt;
+  if (is_opencv(shared_->mrcal)) return project_opencv(parameters_.data(), parameter_count(), point);
   const mrcal_point3_t p{.xyz = {point.x(), point.y(), point.z()}};
   mrcal_point2_t q;
   mrcal_project(&q, nullptr, nullptr, &p, 1, &shared_->mrcal, parameters_.data());
@@ -166,17 +174,37 @@ std::optional<Eigen::Vector2d> Lens::project(const Eigen::Vector3d& point) const
 }
 
 std::optional<Projection> Lens::project_with_gradients(const Eigen::Vector3d& point) const {
-  if (!domain_.contains(point)) return std::nullopt;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> d_parameters(2, parameter_count());
+  Projection projection;
+  if (!project_into(point, projection.pixel, projection.d_point, d_parameters.row(0).data(),
+                    d_parameters.row(1).data())) {
+    return std::nullopt;
+  }
+  projection.d_parameters = d_parameters;
+  return projection;
+}
+
+bool Lens::project_into(const Eigen::Vector3d& point, Eigen::Vector2d& pixel, Matrix2x3d& d_point, double* d_u,
+                        double* d_v) const {
+  if (!domain_.contains(point)) return false;
+  if (is_opencv(shared_->mrcal)) {
+    const OpencvProjection at = project_opencv_with_gradients(parameters_.data(), parameter_count(), point, d_u, d_v);
+    pixel = at.pixel;
+    d_point = at.d_point;
+    return true;
+  }
   const mrcal_point3_t p{.xyz = {point.x(), point.y(), point.z()}};
   mrcal_point2_t q;
   mrcal_point3_t dq_dp[2];
-  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> dq_dparameters(2, parameter_count());
-  mrcal_project(&q, dq_dp, dq_dparameters.data(), &p, 1, &shared_->mrcal, parameters_.data());
-  Projection projection;
-  projection.pixel << q.x, q.y;
-  projection.d_point << dq_dp[0].x, dq_dp[0].y, dq_dp[0].z, dq_dp[1].x, dq_dp[1].y, dq_dp[1].z;
-  projection.d_parameters = dq_dparameters;
-  return projection;
+  std::vector<double> d_parameters(d_u != nullptr ? 2 * parameters_.size() : 0);
+  mrcal_project(&q, dq_dp, d_u != nullptr ? d_parameters.data() : nullptr, &p, 1, &shared_->mrcal, parameters_.data());
+  pixel << q.x, q.y;
+  d_point << dq_dp[0].x, dq_dp[0].y, dq_dp[0].z, dq_dp[1].x, dq_dp[1].y, dq_dp[1].z;
+  if (d_u != nullptr) {
+    std::copy_n(d_parameters.data(), parameters_.size(), d_u);
+    std::copy_n(d_parameters.data() + parameters_.size(), parameters_.size(), d_v);
+  }
+  return true;
 }
 
 // Newton's method on the projection, from the undistorted ray, every step halved until it stays in the domain and comes
@@ -184,14 +212,8 @@ std::optional<Projection> Lens::project_with_gradients(const Eigen::Vector3d& po
 std::optional<Eigen::Vector3d> Lens::ray(const Eigen::Vector2d& pixel) const {
   const Eigen::Map<const Eigen::Vector2d> focal_px(parameters_.data()), centre_px(parameters_.data() + 2);
   const auto error_at = [&](const Direction& direction, Eigen::Vector2d& error, Matrix2x3d& d_direction) {
-    if (!domain_.contains(direction.vector)) return false;
-    const Eigen::Vector3d& v = direction.vector;
-    const mrcal_point3_t p{.xyz = {v.x(), v.y(), v.z()}};
-    mrcal_point2_t q;
-    mrcal_point3_t dq_dp[2];
-    mrcal_project(&q, dq_dp, nullptr, &p, 1, &shared_->mrcal, parameters_.data());
-    error << q.x - pixel.x(), q.y - pixel.y();
-    d_direction << dq_dp[0].x, dq_dp[0].y, dq_dp[0].z, dq_dp[1].x, dq_dp[1].y, dq_dp[1].z;
+    if (!project_into(direction.vector, error, d_direction, nullptr, nullptr)) return false;
+    error -= pixel;
     return error.allFinite();
   };
   Eigen::Vector2d chart = (pixel - centre_px).cwiseQuotient(focal_px);

@@ -1,8 +1,8 @@
 // A lens: how a point in a sensor's frame becomes a pixel, and which ray a pixel sees.
 //
 // Frame: x right, y down, z forward, mm. Pixel (0,0) is the centre of the top-left pixel. A projector's lens is the
-// same thing with light going the other way. Models are mrcal's, by its names, evaluated by libmrcal with its analytic
-// gradients:
+// same thing with light going the other way. Models are mrcal's, by its names, with analytic gradients: OpenCV's
+// family by solvers/opencv_model.h, the others by libmrcal.
 //   LENSMODEL_PINHOLE    fx fy cx cy
 //   LENSMODEL_OPENCV4    + k1 k2 p1 p2, _OPENCV5 + k3, _OPENCV8 + k4 k5 k6 (the denominator), _OPENCV12 + s1 s2 s3 s4
 //   LENSMODEL_CAHVOR     fx fy cx cy, direction of the axis of symmetry alpha beta (rad), radial r0 r1 r2
@@ -82,6 +82,10 @@ class Lens {
   // No value outside the domain.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const;
   std::optional<Projection> project_with_gradients(const Eigen::Vector3d& point) const;
+  // The same into the caller's memory, false outside the domain: the derivatives of the pixel's coordinates by the lens
+  // parameters go to d_u and d_v.
+  bool project_into(const Eigen::Vector3d& point, Eigen::Vector2d& pixel, Matrix2x3d& d_point, double* d_u,
+                    double* d_v) const;
 
   // No value where the pixel has no ray.
   std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel) const;

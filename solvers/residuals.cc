@@ -9,32 +9,24 @@
 namespace crumple {
 namespace {
 
-void resize(ViewEvaluation& evaluation, const View& view, const CalibrationState& state, bool with_jacobians) {
-  const int rows = view.size() * view.dimension();
-  evaluation.residuals.resize(rows);
-  evaluation.jacobians.resize(with_jacobians ? view.blocks().size() : 0);
-  for (std::size_t b = 0; b < evaluation.jacobians.size(); ++b) {
-    evaluation.jacobians[b].resize(rows, tangent_size(view.blocks()[b], state));
-  }
+int width_of(const View& view, const CalibrationState& state) {
+  int width = 0;
+  for (const BlockId& block : view.blocks()) width += tangent_size(block, state);
+  return width;
 }
 
-// A point of the board (or a disc's centre of gravity) in a sensor: the prediction and how it moves.
-struct PointPrediction {
-  Eigen::Vector2d pixel;
-  Matrix2Xd lens;
-  Matrix2x6d sensor_from_board;
-  Eigen::Matrix2d warp;
-  Eigen::Vector2d scale;
-};
-
+// A point of the board (or a disc's centre of gravity) in a sensor: the prediction and how it moves with the local
+// coordinates lens, sensor_from_board, warp, scale.
 class PointPredictor {
  public:
   PointPredictor(const Lens& lens, const Board& board, const Pose& sensor_from_board)
       : lens_(lens),
         board_(board),
-        sensor_from_board_(sensor_from_board),
         rotation_(sensor_from_board.rotation.toRotationMatrix()),
+        translation_(sensor_from_board.translation),
         outline_(disc_outline(board.disc_radius_mm())) {}
+
+  int columns() const { return lens_.parameter_count() + kFurtherColumns; }
 
   std::optional<Eigen::Vector2d> pixel(int index) const {
     const Eigen::Vector2d& nominal_mm = board_.nominal_mm()[static_cast<std::size_t>(index)];
@@ -48,52 +40,54 @@ class PointPredictor {
     return centroid(image);
   }
 
-  bool predict(int index, PointPrediction& prediction) const {
+  // The derivatives go to two rows of columns() values, the second after the first.
+  bool predict(int index, Eigen::Vector2d& pixel, double* rows) {
     const Eigen::Vector2d& nominal_mm = board_.nominal_mm()[static_cast<std::size_t>(index)];
-    if (!board_.has_discs()) return differentiate(nominal_mm, prediction);
+    if (!board_.has_discs()) return differentiate(nominal_mm, pixel, rows);
     DiscOutline image;
-    std::array<PointPrediction, kDiscVertices> vertices;
-    for (std::size_t i = 0; i < image.size(); ++i) {
-      if (!differentiate(nominal_mm + outline_[i], vertices[i])) return false;
-      image[i] = vertices[i].pixel;
+    vertices_.resize(2 * kDiscVertices, columns());
+    for (int i = 0; i < kDiscVertices; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (!differentiate(nominal_mm + outline_[at], image[at], vertices_.row(2 * i).data())) return false;
     }
     const CentroidDerivative derivative = centroid_with_derivative(image);
-    prediction = {derivative.centroid, Matrix2Xd::Zero(2, lens_.parameter_count()), Matrix2x6d::Zero(),
-                  Eigen::Matrix2d::Zero(), Eigen::Vector2d::Zero()};
-    for (std::size_t i = 0; i < image.size(); ++i) {
-      prediction.lens += derivative.d_vertex[i] * vertices[i].lens;
-      prediction.sensor_from_board += derivative.d_vertex[i] * vertices[i].sensor_from_board;
-      prediction.warp += derivative.d_vertex[i] * vertices[i].warp;
-      prediction.scale += derivative.d_vertex[i] * vertices[i].scale;
+    pixel = derivative.centroid;
+    Eigen::Map<RowMajorMatrix> sum(rows, 2, columns());
+    sum.setZero();
+    for (int i = 0; i < kDiscVertices; ++i) {
+      sum += derivative.d_vertex[static_cast<std::size_t>(i)].lazyProduct(vertices_.middleRows<2>(2 * i));
     }
     return true;
   }
 
  private:
+  static constexpr int kFurtherColumns = 6 + 2 + 1;
+
   std::optional<Eigen::Vector2d> project(const Eigen::Vector2d& nominal_mm) const {
-    const Eigen::Vector3d in_sensor = sensor_from_board_ * board_.on_surface(nominal_mm);
-    return lens_.project(in_sensor);
+    return lens_.project(rotation_ * board_.on_surface(nominal_mm) + translation_);
   }
 
-  bool differentiate(const Eigen::Vector2d& nominal_mm, PointPrediction& prediction) const {
+  bool differentiate(const Eigen::Vector2d& nominal_mm, Eigen::Vector2d& pixel, double* rows) const {
     const Eigen::Vector3d point = board_.on_surface(nominal_mm);
-    const Eigen::Vector3d in_sensor = sensor_from_board_ * point;
-    const auto projection = lens_.project_with_gradients(in_sensor);
-    if (!projection) return false;
-    const Matrix2x3d d_board_point = projection->d_point * rotation_;
-    prediction.pixel = projection->pixel;
-    prediction.lens = projection->d_parameters;
-    prediction.sensor_from_board = projection->d_point * d_transformed_d_pose(sensor_from_board_, point);
-    prediction.warp = d_board_point.col(2) * board_.d_height_d_warp(point.x(), point.y()).transpose();
-    prediction.scale = d_board_point * Board::d_on_surface_d_scale(nominal_mm);
+    const Eigen::Vector3d turned = rotation_ * point;
+    Matrix2x3d d_point;
+    if (!lens_.project_into(turned + translation_, pixel, d_point, rows, rows + columns())) return false;
+    const Eigen::RowVector2d d_height = board_.d_height_d_warp(point.x(), point.y()).transpose();
+    const Eigen::Vector3d d_scale = rotation_ * Board::d_on_surface_d_scale(nominal_mm);
+    for (int k = 0; k < 2; ++k) {
+      Eigen::Map<Eigen::RowVector<double, kFurtherColumns>> rest(rows + k * columns() + lens_.parameter_count());
+      const Eigen::Vector3d d = d_point.row(k).transpose();
+      rest << turned.cross(d).transpose(), d.transpose(), d.dot(rotation_.col(2)) * d_height, d.dot(d_scale);
+    }
     return true;
   }
 
   const Lens& lens_;
   const Board& board_;
-  Pose sensor_from_board_;
   Eigen::Matrix3d rotation_;
+  Eigen::Vector3d translation_;
   DiscOutline outline_;
+  RowMajorMatrix vertices_;  // two rows for each corner of a disc's outline
 };
 
 class CornerResiduals final : public View {
@@ -110,13 +104,11 @@ class CornerResiduals final : public View {
   int size() const override { return static_cast<int>(view_.pixels.size()); }
 
   bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
-    resize(evaluation, *this, state, with_jacobians);
     const Sensor& sensor = state.rig.sensors[view_.sensor];
-    const Pose& probe_from_board = state.probe_from_board[view_.placement];
-    const PointPredictor predictor(sensor.lens, state.board_at(view_.placement),
-                                   sensor.sensor_from_probe * probe_from_board);
-    const CompositionDerivative d_pose = d_composed(sensor.sensor_from_probe, probe_from_board);
-    PointPrediction prediction;
+    PointPredictor predictor(sensor.lens, state.board_at(view_.placement),
+                             sensor.sensor_from_probe * state.probe_from_board[view_.placement]);
+    evaluation.residuals.resize(2 * size());
+    evaluation.jacobian.resize(with_jacobians ? 2 * size() : 0, predictor.columns());
     for (int i = 0; i < size(); ++i) {
       if (!with_jacobians) {
         const auto pixel = predictor.pixel(view_.corners[i]);
@@ -124,50 +116,82 @@ class CornerResiduals final : public View {
         evaluation.residuals.segment<2>(2 * i) = *pixel - view_.pixels[i];
         continue;
       }
-      if (!predictor.predict(view_.corners[i], prediction)) return false;
-      evaluation.residuals.segment<2>(2 * i) = prediction.pixel - view_.pixels[i];
-      evaluation.jacobians[0].middleRows<2>(2 * i) = prediction.lens;
-      evaluation.jacobians[1].middleRows<2>(2 * i) = prediction.sensor_from_board * d_pose.d_left;
-      evaluation.jacobians[2].middleRows<2>(2 * i) = prediction.warp;
-      evaluation.jacobians[3].middleRows<2>(2 * i) = prediction.scale;
-      evaluation.jacobians[4].middleRows<2>(2 * i) = prediction.sensor_from_board * d_pose.d_right;
+      Eigen::Vector2d pixel;
+      if (!predictor.predict(view_.corners[i], pixel, evaluation.jacobian.row(2 * i).data())) return false;
+      evaluation.residuals.segment<2>(2 * i) = pixel - view_.pixels[i];
     }
+    if (with_jacobians) set_local(state, evaluation);
     return true;
   }
 
  private:
+  void set_local(const CalibrationState& state, ViewEvaluation& evaluation) const {
+    const Sensor& sensor = state.rig.sensors[view_.sensor];
+    const CompositionDerivative d_pose = d_composed(sensor.sensor_from_probe, state.probe_from_board[view_.placement]);
+    const int columns = width_of(*this, state), lens = sensor.lens.parameter_count();
+    Eigen::MatrixXd& local = evaluation.local_from_blocks;
+    local.setZero(columns - 6, columns);
+    local.leftCols(columns - 6).setIdentity();
+    local.block<6, 6>(lens, lens) = d_pose.d_left;
+    local.block<6, 6>(lens, columns - 6) = d_pose.d_right;
+  }
+
   const CornerView& view_;
 };
 
-std::vector<BlockId> transfer_blocks(std::size_t source, std::size_t target, std::size_t placement, std::size_t board) {
-  return {{BlockId::Kind::lens, source},        {BlockId::Kind::mount, source}, {BlockId::Kind::lens, target},
-          {BlockId::Kind::mount, target},       {BlockId::Kind::warp, board},   {BlockId::Kind::scale, board},
-          {BlockId::Kind::placement, placement}};
-}
+// What stripes and features share. Local coordinates: source lens, source_from_board, target lens, target_from_board,
+// warp, scale.
+class TransferResiduals : public View {
+ protected:
+  TransferResiduals(Kind kind, std::size_t sensor, std::size_t source, std::size_t target, std::size_t placement,
+                    std::size_t board)
+      : View(kind, sensor, placement,
+             {{BlockId::Kind::lens, source},
+              {BlockId::Kind::mount, source},
+              {BlockId::Kind::lens, target},
+              {BlockId::Kind::mount, target},
+              {BlockId::Kind::warp, board},
+              {BlockId::Kind::scale, board},
+              {BlockId::Kind::placement, placement}}) {}
 
-// Left-multiplies the derivative by `rows` (the identity, or a stripe's normal) into the rows of one observation.
-template <typename Rows>
-void store(const TransferDerivative& d, const Rows& rows, int first_row, std::vector<RowMajorMatrix>& jacobians) {
-  jacobians[0].middleRows(first_row, rows.rows()) = rows * d.source_lens;
-  jacobians[1].middleRows(first_row, rows.rows()) = rows * d.source_mount;
-  jacobians[2].middleRows(first_row, rows.rows()) = rows * d.target_lens;
-  jacobians[3].middleRows(first_row, rows.rows()) = rows * d.target_mount;
-  jacobians[4].middleRows(first_row, rows.rows()) = rows * d.warp;
-  jacobians[5].middleRows(first_row, rows.rows()) = rows * d.scale;
-  jacobians[6].middleRows(first_row, rows.rows()) = rows * d.placement;
-}
+  void resize(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const {
+    const int rows = size() * dimension();
+    evaluation.residuals.resize(rows);
+    evaluation.jacobian.resize(with_jacobians ? rows : 0, width_of(*this, state) - 6);
+  }
 
-class StripeResiduals final : public View {
+  // Left-multiplies the derivative by `rows` (the identity, or a stripe's normal) into the rows of one observation.
+  template <typename Rows>
+  static void store(const TransferDerivative& d, const Rows& rows, int first_row, RowMajorMatrix& jacobian) {
+    auto target = jacobian.middleRows(first_row, rows.rows());
+    target << rows * d.source_lens, rows * d.source_pose, rows * d.target_lens, rows * d.target_pose, rows * d.warp,
+        rows * d.scale;
+  }
+
+  void set_local(const Transfer& transfer, const CalibrationState& state, ViewEvaluation& evaluation) const {
+    const int source = tangent_size(blocks()[0], state), target = tangent_size(blocks()[2], state);
+    const int columns = width_of(*this, state), placement = columns - 6;
+    Eigen::MatrixXd& local = evaluation.local_from_blocks;
+    local.setZero(columns - 6, columns);
+    local.leftCols(columns - 6).setIdentity();
+    local.block<6, 6>(source, source) = transfer.d_source().d_left;
+    local.block<6, 6>(source, placement) = transfer.d_source().d_right;
+    const int at = source + 6 + target;
+    local.block<6, 6>(at, at) = transfer.d_target().d_left;
+    local.block<6, 6>(at, placement) = transfer.d_target().d_right;
+  }
+};
+
+class StripeResiduals final : public TransferResiduals {
  public:
   StripeResiduals(const StripeView& view, std::size_t board)
-      : View(Kind::stripes, view.projector, view.placement,
-             transfer_blocks(view.camera, view.projector, view.placement, board)),
+      : TransferResiduals(Kind::stripes, view.projector, view.camera, view.projector, view.placement, board),
         view_(view) {}
 
   int size() const override { return static_cast<int>(view_.coordinates_px.size()); }
 
   bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
-    resize(evaluation, *this, state, with_jacobians);
+    resize(state, with_jacobians, evaluation);
     const Transfer transfer(state, view_.camera, view_.projector, view_.placement);
     TransferDerivative derivative;
     for (int i = 0; i < size(); ++i) {
@@ -175,8 +199,9 @@ class StripeResiduals final : public View {
           with_jacobians ? transfer(view_.camera_pixels[i], derivative) : transfer(view_.camera_pixels[i]);
       if (!pixel) return false;
       evaluation.residuals[i] = view_.normal.dot(*pixel) - view_.coordinates_px[i];
-      if (with_jacobians) store(derivative, view_.normal.transpose(), i, evaluation.jacobians);
+      if (with_jacobians) store(derivative, view_.normal.transpose(), i, evaluation.jacobian);
     }
+    if (with_jacobians) set_local(transfer, state, evaluation);
     return true;
   }
 
@@ -184,17 +209,16 @@ class StripeResiduals final : public View {
   const StripeView& view_;
 };
 
-class FeatureResiduals final : public View {
+class FeatureResiduals final : public TransferResiduals {
  public:
   FeatureResiduals(const FeatureView& view, std::size_t board)
-      : View(Kind::features, view.camera, view.placement,
-             transfer_blocks(view.projector, view.camera, view.placement, board)),
+      : TransferResiduals(Kind::features, view.camera, view.projector, view.camera, view.placement, board),
         view_(view) {}
 
   int size() const override { return static_cast<int>(view_.camera_pixels.size()); }
 
   bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
-    resize(evaluation, *this, state, with_jacobians);
+    resize(state, with_jacobians, evaluation);
     const Transfer transfer(state, view_.projector, view_.camera, view_.placement);
     TransferDerivative derivative;
     for (int i = 0; i < size(); ++i) {
@@ -202,8 +226,9 @@ class FeatureResiduals final : public View {
       const auto pixel = with_jacobians ? transfer(source, derivative) : transfer(source);
       if (!pixel) return false;
       evaluation.residuals.segment<2>(2 * i) = *pixel - view_.camera_pixels[i];
-      if (with_jacobians) store(derivative, Eigen::Matrix2d::Identity().eval(), 2 * i, evaluation.jacobians);
+      if (with_jacobians) store(derivative, Eigen::Matrix2d::Identity().eval(), 2 * i, evaluation.jacobian);
     }
+    if (with_jacobians) set_local(transfer, state, evaluation);
     return true;
   }
 
@@ -213,10 +238,10 @@ class FeatureResiduals final : public View {
 
 }  // namespace
 
-int tangent_size(const BlockId& block, const CalibrationState& state) {
-  switch (block.kind) {
+int tangent_size(BlockId::Kind kind, int lens_parameters) {
+  switch (kind) {
     case BlockId::Kind::lens:
-      return state.rig.sensors[block.index].lens.parameter_count();
+      return lens_parameters;
     case BlockId::Kind::warp:
       return 2;
     case BlockId::Kind::scale:
@@ -226,6 +251,11 @@ int tangent_size(const BlockId& block, const CalibrationState& state) {
       break;
   }
   return 6;
+}
+
+int tangent_size(const BlockId& block, const CalibrationState& state) {
+  const bool lens = block.kind == BlockId::Kind::lens;
+  return tangent_size(block.kind, lens ? state.rig.sensors[block.index].lens.parameter_count() : 0);
 }
 
 const char* name_of(View::Kind kind) {
@@ -238,6 +268,14 @@ const char* name_of(View::Kind kind) {
       break;
   }
   return "features";
+}
+
+Eigen::MatrixXd block_jacobian(const View& view, const ViewEvaluation& evaluation, const CalibrationState& state,
+                               std::size_t index) {
+  int column = 0;
+  for (std::size_t b = 0; b < index; ++b) column += tangent_size(view.blocks()[b], state);
+  return evaluation.jacobian *
+         evaluation.local_from_blocks.middleCols(column, tangent_size(view.blocks()[index], state));
 }
 
 std::vector<std::unique_ptr<View>> make_views(const Observations& observations,

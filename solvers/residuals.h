@@ -5,7 +5,10 @@
 //                (of a disc: the centre of gravity of its image, solvers/disc.h)
 //   StripeView   n . transfer(camera pixel -> projector) - coordinate                                 1 per reading
 //   FeatureView  transfer(projector pixel -> camera) - pixel                                          2 per feature
-// Jacobians are with respect to tangents (solvers/pose.h), one matrix per block the view touches.
+// The parameters come in blocks, moved by tangents (solvers/pose.h). What a view sees of them is less: a mount and a
+// placement only through the board's pose in the sensor. So a view's Jacobian is with respect to its local coordinates
+// (lens parameters, the board's pose in each sensor, warp and scale), and local_from_blocks says how these follow from
+// the blocks; forming normal equations from local coordinates is what makes a refinement fast.
 #pragma once
 
 #include <compare>
@@ -33,10 +36,12 @@ struct BlockId {
 };
 
 int tangent_size(const BlockId& block, const CalibrationState& state);
+int tangent_size(BlockId::Kind kind, int lens_parameters);  // the latter where it is a lens
 
 struct ViewEvaluation {
   Eigen::VectorXd residuals;
-  std::vector<RowMajorMatrix> jacobians;  // in the order of View::blocks; empty where not asked for
+  RowMajorMatrix jacobian;            // by the local coordinates; empty where not asked for, as is the next
+  Eigen::MatrixXd local_from_blocks;  // by the tangents of View::blocks, side by side
 };
 
 class View {
@@ -67,6 +72,10 @@ class View {
 };
 
 const char* name_of(View::Kind kind);
+
+// The columns of a view's Jacobian by the tangent of its block at `index` in View::blocks.
+Eigen::MatrixXd block_jacobian(const View& view, const ViewEvaluation& evaluation, const CalibrationState& state,
+                               std::size_t index);
 
 // Views refer to the observations they are made from, which must outlive them. Order: corners, stripes, features.
 // `board_of` is the state's.

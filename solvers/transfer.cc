@@ -64,14 +64,11 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
 
   const Eigen::Matrix<double, 2, 3> d_board_point =
       projection->d_point * target_from_board_.rotation.toRotationMatrix();
-  const Matrix2x6d d_source = d_board_point * onto_surface * d_source_pose;
-  const Matrix2x6d d_target = projection->d_point * d_transformed_d_pose(target_from_board_, point->in_board);
 
   derivative.source_lens = d_board_point * onto_surface * (point->depth * (board_from_source * ray->d_parameters));
-  derivative.source_mount = d_source * d_source_.d_left;
+  derivative.source_pose = d_board_point * onto_surface * d_source_pose;
   derivative.target_lens = projection->d_parameters;
-  derivative.target_mount = d_target * d_target_.d_left;
-  derivative.placement = d_source * d_source_.d_right + d_target * d_target_.d_right;
+  derivative.target_pose = projection->d_point * d_transformed_d_pose(target_from_board_, point->in_board);
   const double x = point->in_board.x(), y = point->in_board.y();
   const Eigen::Vector2d d_raised = d_board_point * (point->ray_in_board / slope);
   derivative.warp = d_raised * board_.d_height_d_warp(x, y).transpose();

@@ -20,10 +20,9 @@ using Matrix2x6d = Eigen::Matrix<double, 2, 6>;
 
 struct TransferDerivative {
   Matrix2Xd source_lens;
-  Matrix2x6d source_mount;
+  Matrix2x6d source_pose;  // source_from_board
   Matrix2Xd target_lens;
-  Matrix2x6d target_mount;
-  Matrix2x6d placement;
+  Matrix2x6d target_pose;  // target_from_board
   Eigen::Matrix2d warp;
   Eigen::Vector2d scale;
 };
@@ -35,6 +34,10 @@ class Transfer {
   // No value where the source pixel has no ray, the ray misses the board's surface, or the point lies behind a sensor.
   std::optional<Eigen::Vector2d> operator()(const Eigen::Vector2d& source_pixel) const;
   std::optional<Eigen::Vector2d> operator()(const Eigen::Vector2d& source_pixel, TransferDerivative& derivative) const;
+
+  // How the board's poses in both sensors follow from mount (left) and placement (right).
+  const CompositionDerivative& d_source() const { return d_source_; }
+  const CompositionDerivative& d_target() const { return d_target_; }
 
  private:
   struct SurfacePoint {

@@ -22,8 +22,7 @@ void whiten(const View& view, const ViewWeights& weights, ViewEvaluation& evalua
 void discount(const ViewWeights& weights, ViewEvaluation& evaluation);
 
 // Turns each whitened observation r into g(s) r, s = |r|^2, g = sqrt(rho(s) / s), so that its square is the Cauchy loss
-// rho(s) = c^2 log(1 + s / c^2) exactly, with the exact derivative g I + 2 g' r r'. (Ceres would apply a loss to the
-// whole view at once.)
+// rho(s) = c^2 log(1 + s / c^2) exactly, with the exact derivative g I + 2 g' r r'.
 void robustify(const View& view, double cauchy_scale, ViewEvaluation& evaluation);
 
 }  // namespace crumple
