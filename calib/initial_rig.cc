@@ -23,17 +23,58 @@ struct CameraStart {
   std::map<std::size_t, Pose> sensor_from_board;  // by placement
 };
 
+Points2d board_points(const Board& board, const CornerView& view) {
+  Points2d points;
+  for (const int corner : view.corners) points.push_back(board.point(corner).head<2>());
+  return points;
+}
+
+using Homographies = std::map<std::size_t, Eigen::Matrix3d>;  // by placement
+
+// Per corner, of the closed form's poses; infinite where a corner lies behind the camera.
+double reprojection_rms(const PinholeIntrinsics& intrinsics, const Homographies& homographies, std::size_t sensor,
+                        const CalibrationState& state, const std::vector<CornerView>& corners) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const CornerView& view : corners) {
+    if (view.sensor != sensor) continue;
+    const Pose pose = plane_pose(homographies.at(view.placement), intrinsics.matrix());
+    for (std::size_t i = 0; i < view.corners.size(); ++i, ++count) {
+      const Eigen::Vector3d in_sensor = pose * state.board_at(view.placement).point(view.corners[i]);
+      if (in_sensor.z() <= 0) return std::numeric_limits<double>::infinity();
+      sum += ((intrinsics.matrix() * in_sensor).hnormalized() - view.pixels[i]).squaredNorm();
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+// Zhang's six unknowns, or one focal length with the principal point in the image's middle: whichever reprojects
+// better.
+Expected<PinholeIntrinsics> start_intrinsics(const SensorSpec& spec, std::size_t sensor,
+                                             const Homographies& homographies, const CalibrationState& state,
+                                             const std::vector<CornerView>& corners) {
+  std::vector<Eigen::Matrix3d> list;
+  for (const auto& [placement, h] : homographies) list.push_back(h);
+  const auto zhang = zhang_intrinsics(list);
+  if (planes_are_parallel(list)) return zhang;
+  const Eigen::Vector2d middle(0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1));
+  const auto centred = intrinsics_about(middle, list);
+  if (!centred) return zhang;
+  if (!zhang) return centred;
+  const auto rms = [&](const PinholeIntrinsics& intrinsics) {
+    return reprojection_rms(intrinsics, homographies, sensor, state, corners);
+  };
+  return rms(*centred) < rms(*zhang) ? centred : zhang;
+}
+
 // Discs are taken at their image's centre of gravity: the start can bear it.
 Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, const CalibrationState& state,
                                    const std::vector<CornerView>& corners,
                                    const std::vector<std::string>& placement_names) {
-  std::map<std::size_t, Eigen::Matrix3d> homographies;
+  Homographies homographies;
   for (const CornerView& view : corners) {
     if (view.sensor != sensor) continue;
-    const Board& board = state.board_at(view.placement);
-    Points2d on_board;
-    for (const int corner : view.corners) on_board.push_back(board.point(corner).head<2>());
-    const auto h = homography(on_board, view.pixels);
+    const auto h = homography(board_points(state.board_at(view.placement), view), view.pixels);
     if (!h) {
       return fail(fmt::format("{}, station {}: {}", spec.name, placement_names[view.placement], h.error().message));
     }
@@ -43,9 +84,7 @@ Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, c
     return fail(fmt::format("{} sees the board in {} placements: a calibration needs at least {}", spec.name,
                             homographies.size(), kMinimumPlacements));
   }
-  std::vector<Eigen::Matrix3d> list;
-  for (const auto& [placement, h] : homographies) list.push_back(h);
-  const auto intrinsics = zhang_intrinsics(list);
+  const auto intrinsics = start_intrinsics(spec, sensor, homographies, state, corners);
   if (!intrinsics) return fail(fmt::format("{}: {}", spec.name, intrinsics.error().message));
   CameraStart start{*intrinsics, {}};
   for (const auto& [placement, h] : homographies) {

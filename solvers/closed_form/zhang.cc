@@ -38,6 +38,23 @@ Eigen::Matrix3d pixel_normalisation(const std::vector<Eigen::Matrix3d>& homograp
   return m;
 }
 
+// Two per view, and the skew's.
+Eigen::MatrixXd conic_equations(const std::vector<Eigen::Matrix3d>& pixel_from_plane,
+                                const Eigen::Matrix3d& normalisation) {
+  Eigen::MatrixXd equations(2 * static_cast<int>(pixel_from_plane.size()) + 1, 6);
+  int row = 0;
+  for (const Eigen::Matrix3d& pixels : pixel_from_plane) {
+    Eigen::Matrix3d h = normalisation * pixels;
+    h /= std::sqrt(h.col(0).norm() * h.col(1).norm());
+    equations.row(row++) = conic_equation(h, 0, 1);
+    equations.row(row++) = conic_equation(h, 0, 0) - conic_equation(h, 1, 1);
+  }
+  equations.row(row) << 0, static_cast<double>(pixel_from_plane.size()), 0, 0, 0, 0;
+  return equations;
+}
+
+bool leaves_intrinsics_open(const RightSingular& svd) { return svd.values[4] < kParallel * svd.values[0]; }
+
 }  // namespace
 
 Eigen::Matrix3d PinholeIntrinsics::matrix() const {
@@ -49,18 +66,8 @@ Eigen::Matrix3d PinholeIntrinsics::matrix() const {
 Expected<PinholeIntrinsics> zhang_intrinsics(const std::vector<Eigen::Matrix3d>& pixel_from_plane) {
   if (pixel_from_plane.size() < 2) return fail("the intrinsics need the board in at least two different tilts");
   const Eigen::Matrix3d normalisation = pixel_normalisation(pixel_from_plane);
-  Eigen::MatrixXd equations(2 * static_cast<int>(pixel_from_plane.size()) + 1, 6);
-  int row = 0;
-  for (const Eigen::Matrix3d& pixels : pixel_from_plane) {
-    Eigen::Matrix3d h = normalisation * pixels;
-    h /= std::sqrt(h.col(0).norm() * h.col(1).norm());
-    equations.row(row++) = conic_equation(h, 0, 1);
-    equations.row(row++) = conic_equation(h, 0, 0) - conic_equation(h, 1, 1);
-  }
-  equations.row(row) << 0, static_cast<double>(pixel_from_plane.size()), 0, 0, 0, 0;
-
-  const RightSingular svd = right_singular(equations);
-  if (svd.values[4] < kParallel * svd.values[0]) {
+  const RightSingular svd = right_singular(conic_equations(pixel_from_plane, normalisation));
+  if (leaves_intrinsics_open(svd)) {
     return fail(
         "all board placements are parallel, or nearly so, and the focal length cannot be told: tilt the board between "
         "views");
@@ -78,6 +85,34 @@ Expected<PinholeIntrinsics> zhang_intrinsics(const std::vector<Eigen::Matrix3d>&
   const Eigen::Vector2d centre = normalisation.inverse().col(2).head<2>();
   return PinholeIntrinsics{pixels_per_unit * std::sqrt(scale / b[0]), pixels_per_unit * std::sqrt(scale / b[2]),
                            centre + pixels_per_unit * Eigen::Vector2d(cx, cy)};
+}
+
+Expected<PinholeIntrinsics> intrinsics_about(const Eigen::Vector2d& principal_point_px,
+                                             const std::vector<Eigen::Matrix3d>& pixel_from_plane) {
+  Eigen::Matrix3d centred = Eigen::Matrix3d::Identity();
+  centred.col(2).head<2>() = -principal_point_px;
+  // With a and c the parts across and along the axis of an equation's two products, a / f^2 + c = 0.
+  double numerator = 0, denominator = 0;
+  for (const Eigen::Matrix3d& pixels : pixel_from_plane) {
+    Eigen::Matrix3d h = centred * pixels;
+    h /= std::sqrt(h.col(0).norm() * h.col(1).norm());
+    const auto add = [&](double across, double along) {
+      numerator -= across * along;
+      denominator += along * along;
+    };
+    add(h.col(0).head<2>().dot(h.col(1).head<2>()), h(2, 0) * h(2, 1));
+    add(h.col(0).head<2>().squaredNorm() - h.col(1).head<2>().squaredNorm(), h(2, 0) * h(2, 0) - h(2, 1) * h(2, 1));
+  }
+  if (!(numerator > 0 && denominator > 0)) {
+    return fail("the views contradict one focal length: tilt the board more, about both axes, and check its grid");
+  }
+  const double focal_px = std::sqrt(numerator / denominator);
+  return PinholeIntrinsics{focal_px, focal_px, principal_point_px};
+}
+
+bool planes_are_parallel(const std::vector<Eigen::Matrix3d>& pixel_from_plane) {
+  return leaves_intrinsics_open(
+      right_singular(conic_equations(pixel_from_plane, pixel_normalisation(pixel_from_plane))));
 }
 
 Pose plane_pose(const Eigen::Matrix3d& pixel_from_plane, const Eigen::Matrix3d& intrinsics) {

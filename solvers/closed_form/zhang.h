@@ -31,6 +31,15 @@ struct PinholeIntrinsics {
 // planes, and where noise has made B indefinite.
 Expected<PinholeIntrinsics> zhang_intrinsics(const std::vector<Eigen::Matrix3d>& pixel_from_plane);
 
+// A camera with square pixels whose principal point is known, or nearly: one focal length from the same two equations,
+// B = diag(1 / f^2, 1 / f^2, 1) about that point, by least squares. It holds where few corners, or a lens that bends
+// lines, leave the six unknowns above to noise. Fails where no focal length explains the views. Of parallel planes it
+// says something all the same: ask planes_are_parallel first.
+Expected<PinholeIntrinsics> intrinsics_about(const Eigen::Vector2d& principal_point_px,
+                                             const std::vector<Eigen::Matrix3d>& pixel_from_plane);
+
+bool planes_are_parallel(const std::vector<Eigen::Matrix3d>& pixel_from_plane);
+
 // The pose sensor_from_plane with the plane in front of the sensor.
 Pose plane_pose(const Eigen::Matrix3d& pixel_from_plane, const Eigen::Matrix3d& intrinsics);
 

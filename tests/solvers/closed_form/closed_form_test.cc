@@ -57,6 +57,30 @@ TEST(Zhang, RecoversIntrinsicsAndPoses) {
   }
 }
 
+TEST(IntrinsicsAbout, RecoversAFocalLength) {
+  const Eigen::Vector2d centre(515, 380);
+  Eigen::Matrix3d k;
+  k << 1400, 0, centre.x(), 0, 1400, centre.y(), 0, 0, 1;
+  std::vector<Eigen::Matrix3d> homographies;
+  for (const Vector6d& tilt : {(Vector6d() << 0.5, 0.1, 0, -100, -80, 700).finished(),
+                               (Vector6d() << -0.1, 0.6, 0.3, -90, -110, 800).finished()}) {
+    const Pose pose = retract({}, tilt);
+    Eigen::Matrix3d plane;
+    plane << pose.rotation.toRotationMatrix().leftCols<2>(), pose.translation;
+    homographies.push_back(-3 * k * plane);  // of any scale and sign
+  }
+  const PinholeIntrinsics found = intrinsics_about(centre, homographies).value();
+  EXPECT_NEAR(found.focal_x_px, 1400, 1e-8);
+  EXPECT_EQ(found.focal_y_px, found.focal_x_px);
+  EXPECT_EQ(found.principal_point_px, centre);
+  EXPECT_FALSE(planes_are_parallel(homographies));
+  // A plane straight on says nothing of it, and a projection that no pinhole makes is refused.
+  EXPECT_FALSE(intrinsics_about(centre, {k, k}));
+  Eigen::Matrix3d stretched = homographies[0];
+  stretched.col(0) *= 30;
+  EXPECT_FALSE(intrinsics_about(centre, {stretched}));
+}
+
 TEST(Zhang, NoiseLeavesAUsableStart) {
   const PinholeIntrinsics k = zhang_intrinsics(views({.corner_sigma_px = 0.3}).homographies).value();
   EXPECT_NEAR(k.focal_x_px, 1400, 70);
