@@ -1,0 +1,192 @@
+// Four cameras around a ChArUco board that was moved through their common view: 205 partial views of 12 corners, found
+// in video by others, and the calibration they made of them, which reprojects at 1.25 to 2.05 px with every corner a
+// point of its own. Here the corners of a moment are those of one rigid board.
+//
+// Camera 1 does not fit: by itself it reprojects at 0.4 px, with the others at 4. The board moves at some 100 px a
+// second and its images were paired by software; corners moved along half a frame lower the 4 px to 3.2, so lateness is
+// part of it, if not a constant one. It is the worst camera of the stored solution too. What is asked is that the
+// calibration names it and that the other three are not drawn along.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/calibrate.h"
+#include "calib/verdict.h"
+#include "tests/datasets/public_data.h"
+#include "tests/python.h"
+
+namespace crumple {
+namespace {
+
+constexpr std::size_t kCameras = 4;
+constexpr std::size_t kOddCamera = 1;
+constexpr std::size_t kFewestCorners = 6;  // of a view, for its homography to mean something
+
+// One corner of xy_CHARUCO.csv: sync_index,cam_id,object_id,keypoint_id,img_loc_x,img_loc_y,obj_loc_x,...
+struct SeenCorner {
+  int moment = 0;
+  std::size_t camera = 0;
+  int corner = 0;
+  Eigen::Vector2d pixel;
+};
+
+std::vector<SeenCorner> seen_corners(const std::filesystem::path& file) {
+  std::vector<SeenCorner> corners;
+  std::istringstream lines(content_of(file));
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    SeenCorner seen;
+    int object = 0;
+    if (std::sscanf(line.c_str(), "%d,%zu,%d,%d,%lf,%lf", &seen.moment, &seen.camera, &object, &seen.corner,
+                    &seen.pixel.x(), &seen.pixel.y()) == 6) {
+      corners.push_back(seen);
+    }
+  }
+  return corners;
+}
+
+// Each moment that a camera sees enough of the board at is a placement.
+CalibrationData data_of(const std::vector<SeenCorner>& corners) {
+  std::map<int, std::map<std::size_t, CornerView>> moments;
+  for (const SeenCorner& seen : corners) {
+    CornerView& view = moments[seen.moment][seen.camera];
+    view.corners.push_back(seen.corner);
+    view.pixels.push_back(seen.pixel);
+  }
+  CalibrationData data;
+  data.boards = {{"board", {3, 4, 54}, {}}};
+  for (std::size_t c = 0; c < kCameras; ++c) {
+    data.sensors.push_back({"cam" + std::to_string(c), SensorKind::camera, {1280, 720}});
+  }
+  for (auto& [moment, views] : moments) {
+    std::erase_if(views, [](const auto& view) { return view.second.corners.size() < kFewestCorners; });
+    if (views.empty()) continue;
+    for (auto& [camera, view] : views) {
+      view.sensor = camera;
+      view.placement = data.placement_names.size();
+      data.observations.corners.push_back(view);
+    }
+    data.placement_names.push_back(std::to_string(moment));
+    data.board_of.push_back(0);
+  }
+  data.observations.placement_count = data.placement_names.size();
+  return data;
+}
+
+// Their cameras, in the frame of their points, m.
+std::vector<Sensor> stored_cameras(const std::filesystem::path& file) {
+  const std::string script =
+      "import sys, tomllib\n"
+      "cameras = tomllib.load(open(sys.argv[1], 'rb'))['cameras']\n"
+      "for i in range(4):\n"
+      "    c = cameras[str(i)]\n"
+      "    print(c['matrix'][0][0], c['matrix'][1][1], c['matrix'][0][2], c['matrix'][1][2], *c['distortions'],\n"
+      "          *sum(c['rotation'], []), *c['translation'])\n";
+  std::istringstream numbers(run_python(script, file.string()));
+  std::vector<Sensor> cameras;
+  for (std::size_t c = 0; c < kCameras; ++c) {
+    std::vector<double> parameters(9);
+    Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation;
+    Pose pose;
+    for (double& p : parameters) numbers >> p;
+    for (int i = 0; i < 9; ++i) numbers >> rotation.data()[i];
+    for (int i = 0; i < 3; ++i) numbers >> pose.translation[i];
+    pose.rotation = Eigen::Quaterniond(rotation);
+    cameras.push_back({"cam" + std::to_string(c), SensorKind::camera,
+                       Lens::create("LENSMODEL_OPENCV5", {1280, 720}, parameters).value(), pose});
+  }
+  EXPECT_TRUE(numbers) << numbers.str();
+  return cameras;
+}
+
+// RMS per corner of their cameras and their 3D points, by camera.
+std::vector<double> stored_rms_px(const std::vector<Sensor>& cameras, const std::vector<SeenCorner>& corners,
+                                  const std::filesystem::path& points_file) {
+  std::map<std::pair<int, int>, Eigen::Vector3d> points;
+  std::istringstream lines(content_of(points_file));
+  for (std::string line; std::getline(lines, line);) {
+    int moment = 0, object = 0, corner = 0;
+    Eigen::Vector3d point;
+    if (std::sscanf(line.c_str(), "%d,%d,%d,%lf,%lf,%lf", &moment, &object, &corner, &point.x(), &point.y(),
+                    &point.z()) == 6) {
+      points[{moment, corner}] = point;
+    }
+  }
+  std::vector<double> squares(kCameras), counts(kCameras);
+  for (const SeenCorner& seen : corners) {
+    const auto point = points.find({seen.moment, seen.corner});
+    if (point == points.end()) continue;
+    const Sensor& camera = cameras[seen.camera];
+    const auto pixel = camera.lens.project(camera.sensor_from_probe * point->second);
+    if (!pixel) continue;
+    squares[seen.camera] += (*pixel - seen.pixel).squaredNorm();
+    counts[seen.camera] += 1;
+  }
+  std::vector<double> rms(kCameras);
+  for (std::size_t c = 0; c < kCameras; ++c) rms[c] = std::sqrt(squares[c] / counts[c]);
+  return rms;
+}
+
+class MulticamCharuco : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto folder = public_data("multicam_charuco");
+    if (!folder) GTEST_SKIP() << "SKIPPED: multicam_charuco is missing (set CRUMPLE_DATA)";
+    if (!python_has("tomllib")) GTEST_SKIP() << "SKIPPED: Debian's python3 is not installed";
+    corners_ = seen_corners(*folder / "calibration/extrinsic/CHARUCO/xy_CHARUCO.csv");
+    stored_ = stored_cameras(*folder / "camera_array.toml");
+    stored_rms_ = stored_rms_px(stored_, corners_, *folder / "calibration/extrinsic/CHARUCO/xyz_CHARUCO.csv");
+  }
+
+  std::vector<SeenCorner> corners_;
+  std::vector<Sensor> stored_;
+  std::vector<double> stored_rms_;
+};
+
+TEST_F(MulticamCharuco, TheStoredSolutionIsAsDescribed) {
+  ASSERT_EQ(corners_.size(), 2175U);
+  EXPECT_NEAR(*std::min_element(stored_rms_.begin(), stored_rms_.end()), 1.25, 0.01);
+  EXPECT_NEAR(*std::max_element(stored_rms_.begin(), stored_rms_.end()), 2.05, 0.01);
+}
+
+TEST_F(MulticamCharuco, ReprojectsWellBelowTheStoredSolution) {
+  const auto calibration = calibrate(data_of(corners_), {});
+  ASSERT_TRUE(calibration) << calibration.error().message;
+  ASSERT_EQ(calibration->bundle.groups.size(), kCameras);
+  for (const GroupSummary& group : calibration->bundle.groups) {
+    RecordProperty("cam" + std::to_string(group.sensor) + "_rms_px", std::to_string(group.rms_px));
+    RecordProperty("cam" + std::to_string(group.sensor) + "_rms_all_px", std::to_string(group.rms_all_px));
+    if (group.sensor == kOddCamera) continue;
+    EXPECT_LT(group.rms_px, 0.7 * stored_rms_[group.sensor]) << group.sensor;
+    EXPECT_LT(static_cast<double>(group.outliers), 0.05 * static_cast<double>(group.observations)) << group.sensor;
+  }
+  const Verdict verdict = judge(*calibration);
+  EXPECT_FALSE(verdict.ok);
+  EXPECT_THAT(verdict.reasons, testing::Contains(testing::HasSubstr("cam1")));
+}
+
+TEST_F(MulticamCharuco, EachCameraByItself) {
+  for (std::size_t c = 0; c < kCameras; ++c) {
+    std::vector<SeenCorner> seen;
+    for (SeenCorner corner : corners_) {
+      if (std::exchange(corner.camera, 0) == c) seen.push_back(corner);
+    }
+    CalibrationData data = data_of(seen);
+    data.sensors.resize(1);
+    const auto calibration = calibrate(data, {});
+    ASSERT_TRUE(calibration) << calibration.error().message;
+    const GroupSummary& group = calibration->bundle.groups.front();
+    RecordProperty("cam" + std::to_string(c) + "_alone_rms_all_px", std::to_string(group.rms_all_px));
+    EXPECT_LT(group.rms_px, 0.6 * stored_rms_[c]) << c;
+    EXPECT_LT(group.rms_all_px, stored_rms_[c]) << c;
+  }
+}
+
+}  // namespace
+}  // namespace crumple
