@@ -273,7 +273,9 @@ Expected<std::vector<std::string>> write_colmap_rig(const RigToExport& source, c
     }
   }
   // COLMAP's rig frame is its reference camera's.
-  const std::vector<Sensor> posed = rig_from_sensors(cameras).sensors;
+  const auto referred = rig_from_sensors(cameras);
+  if (!referred) return tl::unexpected(referred.error());
+  const std::vector<Sensor>& posed = referred->sensors;
   const std::vector<std::pair<const char*, std::string>> files = {
       {"cameras.txt", cameras_text(posed)},
       {"rigs.txt", rigs_text(posed)},

@@ -14,7 +14,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kRounding = 1e-4;  // of rotation matrices that people print to four digits and copy
+constexpr double kLargest = 1e12;       // of numbers, as in rig.yaml and .cameramodel
+constexpr int kLargestSide_px = 65500;  // of images, likewise
+constexpr double kRounding = 1e-4;      // of rotation matrices that people print to four digits and copy
+
+Expected<void> check_bounds(const Sensor& sensor) {
+  const auto beyond = [](double value) { return !(std::abs(value) <= kLargest); };
+  const std::vector<double>& parameters = sensor.lens.parameters();
+  const Eigen::Vector3d& translation = sensor.sensor_from_probe.translation;
+  if (std::any_of(parameters.begin(), parameters.end(), beyond) ||
+      std::any_of(translation.begin(), translation.end(), beyond)) {
+    return fail(fmt::format("{} has a number beyond {:g}", sensor.name, kLargest));
+  }
+  const ImageSize size = sensor.lens.size();
+  if (std::max(size.width_px, size.height_px) > kLargestSide_px) {
+    return fail(fmt::format("{} has an image of {} x {} px, beyond {} px a side", sensor.name, size.width_px,
+                            size.height_px, kLargestSide_px));
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -55,7 +73,7 @@ Expected<Pose> pose_from_matrix(const Eigen::Matrix3d& rotation, const Eigen::Ve
   return Pose{Eigen::Quaterniond(nearest_rotation(rotation)).normalized(), translation};
 }
 
-Rig rig_from_sensors(std::vector<Sensor> sensors) {
+Expected<Rig> rig_from_sensors(std::vector<Sensor> sensors) {
   Rig rig;
   const Pose common_from_first = sensors.front().sensor_from_probe.inverse();
   for (Sensor& sensor : sensors) {
@@ -63,6 +81,9 @@ Rig rig_from_sensors(std::vector<Sensor> sensors) {
     sensor.sensor_from_probe.rotation.normalize();
   }
   sensors.front().sensor_from_probe = Pose();
+  for (const Sensor& sensor : sensors) {
+    if (auto held = check_bounds(sensor); !held) return tl::unexpected(held.error());
+  }
   rig.sensors = std::move(sensors);
   return rig;
 }

@@ -25,8 +25,9 @@ std::vector<double> distortion_terms(const Lens& lens);
 // The pose of a rotation matrix that may be rounded: fails where it is off a rotation by more than 1e-4.
 Expected<Pose> pose_from_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation);
 
-// A format's reader has sensors in some common frame: the first becomes the reference.
-Rig rig_from_sensors(std::vector<Sensor> sensors);
+// A format's reader has sensors in some common frame: the first becomes the reference. Fails, naming the sensor, on a
+// number or an image size beyond what rig.yaml holds.
+Expected<Rig> rig_from_sensors(std::vector<Sensor> sensors);
 
 // Whether it is a camera in the frame the poses refer to.
 bool is_at_reference(const Sensor& sensor);

@@ -1,6 +1,7 @@
 #include "datasets/formats/opencv_rig.h"
 
 #include <algorithm>
+#include <exception>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
@@ -117,6 +118,8 @@ Expected<Sensor> read_sensor(const fs::path& file, bool may_lack_pose) {
     return sensor;
   } catch (const cv::Exception& exception) {
     return named("not a file of cv::FileStorage: " + exception.err);
+  } catch (const std::exception& exception) {  // its parser lets those of the standard library through
+    return named(std::string("not a file of cv::FileStorage: ") + exception.what());
   }
 }
 
