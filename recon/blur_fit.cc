@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 #include <opencv2/core/utility.hpp>
@@ -14,7 +15,12 @@ constexpr int kIterations = 6;
 // Reach of the grid around the whole-stripe code: one bit that flipped in noise costs one stripe.
 constexpr double kReach = 2;
 constexpr std::size_t kGlobalSample = 2500;
-constexpr int kLevels = 13;
+constexpr int kLevels = 25;
+constexpr int kLevelStep = 2;  // of the search; a parabola finds the rest
+constexpr double kLevelsPerOctave = 16;
+constexpr double kGate = 9;  // times the median square
+// Times the core's width, at least: a narrower skirt would trade with the core.
+constexpr double kLeastSkirt = 3;
 constexpr int kMiddleLevel = kLevels / 2;
 constexpr std::size_t kEnoughInTile = 40;
 
@@ -63,7 +69,7 @@ class GlobalFit {
     }
     const double middle = median(std::move(squares));
     for (StripeFit& fit : fits_) {
-      if (!(relative_squares(fit) < 9 * middle)) fit.information = 0;
+      if (!(relative_squares(fit) < kGate * middle)) fit.information = 0;
     }
     return middle;
   }
@@ -140,7 +146,7 @@ class GlobalFit {
   void apply(const Eigen::VectorXd& step, Estimate& e) const {
     const auto limited = [](double x, double limit) { return std::clamp(x, -limit, limit); };
     e.blur.core = std::clamp(e.blur.core * std::exp(limited(step[0], 0.4)), 0.1, 3.0);
-    e.blur.skirt = std::clamp(e.blur.skirt * std::exp(limited(step[1], 0.4)), 1.2 * e.blur.core, 12.0);
+    e.blur.skirt = std::clamp(e.blur.skirt * std::exp(limited(step[1], 0.4)), kLeastSkirt * e.blur.core, 12.0);
     e.blur.skirt_share = std::clamp(e.blur.skirt_share + limited(step[2], 0.1), 0.0, 0.4);
     e.blur.halo_share = std::clamp(e.blur.halo_share + limited(step[3], 0.1), 0.0, 0.4);
     for (int b = 0; b < bits_; ++b) {
@@ -154,24 +160,39 @@ class GlobalFit {
   std::vector<StripeFit> fits_;
 };
 
-// The level whose table leaves the smallest median of relative squares, refined by a parabola through its neighbours.
-double best_level(const StripeModel& model, const std::vector<const PixelSignal*>& pixels) {
-  std::array<double, kLevels> cost{};
-  std::size_t best = 0;
-  for (std::size_t level = 0; level < cost.size(); ++level) {
-    std::vector<double> squares;
-    for (const PixelSignal* p : pixels) {
-      const StripeFit fit = fit_stripe(model.tables[level], model.offsets, p->differences, p->start, kReach);
-      if (fit.gain > 0) squares.push_back(relative_squares(fit));
-    }
-    if (squares.empty()) return kMiddleLevel;
-    cost[level] = median(std::move(squares));
-    if (cost[level] < cost[best]) best = level;
+// Squares relative to the gain's, of each pixel at one level; infinite where the level does not explain the pixel.
+std::vector<double> squares_at(const StripeModel& model, int level, const std::vector<const PixelSignal*>& pixels) {
+  std::vector<double> squares;
+  for (const PixelSignal* p : pixels) {
+    const StripeFit fit =
+        fit_stripe(model.tables[static_cast<std::size_t>(level)], model.offsets, p->differences, p->start, kReach);
+    squares.push_back(fit.gain > 0 ? relative_squares(fit) : std::numeric_limits<double>::infinity());
   }
-  if (best == 0 || best == cost.size() - 1) return static_cast<double>(best);
-  const double curvature = cost[best - 1] - 2 * cost[best] + cost[best + 1];
-  const double shift = curvature > 0 ? 0.5 * (cost[best - 1] - cost[best + 1]) / curvature : 0;
-  return static_cast<double>(best) + shift;
+  return squares;
+}
+
+// The level of least squares over the pixels that the middle level explains, refined by a parabola through the
+// neighbours. A median of the squares would prefer blur that is too narrow: half of the pixels tell little of it.
+double best_level(const StripeModel& model, const std::vector<const PixelSignal*>& pixels) {
+  std::vector<std::vector<double>> squares;
+  for (int level = 0; level < kLevels; level += kLevelStep) squares.push_back(squares_at(model, level, pixels));
+  const std::vector<double>& middle = squares[squares.size() / 2];
+  const double limit = kGate * median(middle);
+  std::vector<double> cost(squares.size(), 0.0);
+  bool explained = false;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (!(middle[i] < limit)) continue;
+    explained = true;
+    for (std::size_t l = 0; l < cost.size(); ++l) cost[l] += std::min(squares[l][i], limit);
+  }
+  if (!explained) return kMiddleLevel;
+  const auto best = static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  double level = static_cast<double>(best);
+  if (best > 0 && best + 1 < cost.size()) {
+    const double curvature = cost[best - 1] - 2 * cost[best] + cost[best + 1];
+    if (curvature > 0) level += 0.5 * (cost[best - 1] - cost[best + 1]) / curvature;
+  }
+  return kLevelStep * level;
 }
 
 void fit_levels(StripeModel& model, std::span<const PixelSignal> pixels) {
@@ -202,7 +223,7 @@ StripeModel fit_stripe_model(const StripeOrientation& orientation, ImageSize pro
   StripeModel model{.blur = global.blur, .offsets = global.offsets, .tables = {}, .level = TileMap(camera, 1)};
   for (int i = 0; i < kLevels; ++i) {
     StripeBlur blur = global.blur;
-    blur.core *= std::exp2((i - kMiddleLevel) / 8.0);
+    blur.core *= std::exp2((i - kMiddleLevel) / kLevelsPerOctave);
     model.tables.push_back(spectrum.blurred([&](double f) { return blur_transfer(blur, f); }));
   }
   fit_levels(model, pixels);

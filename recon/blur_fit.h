@@ -24,7 +24,7 @@ struct PixelSignal {
 struct StripeModel {
   StripeBlur blur;
   BitVector offsets = BitVector::Zero();
-  std::vector<StripeTable> tables;  // of cores blur.core * 2^((i - middle) / 8)
+  std::vector<StripeTable> tables;  // of cores blur.core * 2^((i - middle) / 16)
   TileMap level;                    // which of the tables, fractional
 
   const StripeTable& table_at(int x, int y) const;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace crumple {
 namespace {
@@ -16,7 +18,7 @@ constexpr double kPriorPhase = 0.03;      // stripe widths
 constexpr double kPriorVariation = 0.01;  // of a tile against the mean
 constexpr double kPriorMixing_px2 = 1;
 constexpr double kMixingDoubt = 0.25;
-// Smaller brightness gradients (per pixel) are mostly noise, which would bias the mixing towards zero.
+// Smaller brightness gradients (per pixel) of single pixels are mostly noise.
 constexpr double kLeastChange = 0.04;
 constexpr std::size_t kEnoughTriples = 1000;
 
@@ -38,8 +40,9 @@ void fill_phase_terms(double u, Terms& terms) {
   }
 }
 
-// The gradient of u over the 7 x 7 neighbourhood, by least squares over the pixels that have a coordinate.
-Eigen::Vector2d gradient_at(const cv::Mat& u, const cv::Mat& sigma, int x, int y) {
+// The plane through the 7 x 7 neighbourhood, by least squares over the pixels that have a coordinate: its slopes, and
+// its value less u at the middle. Nothing where they do not tell.
+std::optional<Eigen::Vector3d> plane_at(const cv::Mat& u, const cv::Mat& sigma, int x, int y) {
   constexpr int kReach = 3;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -54,19 +57,78 @@ Eigen::Vector2d gradient_at(const cv::Mat& u, const cv::Mat& sigma, int x, int y
       right += a * rise;
     }
   }
-  if (normal(2, 2) < 10 || normal.determinant() < 1e-3 * normal(2, 2)) return Eigen::Vector2d::Zero();
-  return normal.ldlt().solve(right).head<2>();
+  if (normal(2, 2) < 10 || normal.determinant() < 1e-3 * normal(2, 2)) return std::nullopt;
+  return normal.ldlt().solve(right);
 }
 
-Eigen::Vector2d log_gradient(const cv::Mat& contrast, int x, int y) {
+// What a pixel's neighbours say of it: u on their plane, and their root mean square sigma; 0 where they do not tell.
+struct Neighbourhoods {
+  cv::Mat u;      // CV_64F
+  cv::Mat sigma;  // CV_32F
+};
+
+Neighbourhoods neighbourhoods(const cv::Mat& u, const cv::Mat& sigma) {
+  const cv::Size size(5, 5);
+  const cv::Mat valid = sigma > 0;
+  Neighbourhoods result;
+  cv::Mat complete, share, variance;
+  cv::erode(valid, complete, cv::Mat::ones(size, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::blur(valid, share, size, {-1, -1}, cv::BORDER_CONSTANT);
+  cv::blur(u, result.u, size, {-1, -1}, cv::BORDER_CONSTANT);
+  cv::blur(sigma.mul(sigma), variance, size, {-1, -1}, cv::BORDER_CONSTANT);
+  cv::divide(variance, share, variance, 255, CV_32F);
+  cv::sqrt(variance, result.sigma);
+  result.sigma.setTo(0, ~valid);
+  cv::parallel_for_({0, u.rows}, [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < u.cols; ++x) {
+        if (valid.at<std::uint8_t>(y, x) == 0 || complete.at<std::uint8_t>(y, x) != 0) continue;
+        const auto plane = plane_at(u, sigma, x, y);
+        result.u.at<double>(y, x) = u.at<double>(y, x) + (plane ? plane->z() : 0);
+        if (!plane) result.sigma.at<float>(y, x) = 0;
+      }
+    }
+  });
+  return result;
+}
+
+// The slope between two differences at a distance of one pixel. At a blurred printed edge it changes several times over
+// within that pixel: the geometric mean follows it (of a Gaussian's flank it is a constant share of the slope, whatever
+// the place), where the mean of both would see the edge from one pixel too far.
+float slope_between(float before, float after) {
+  return before * after > 0 ? std::copysign(std::sqrt(before * after), after) : 0.0F;
+}
+
+// The gradient of log contrast, CV_32FC2. Printed edges have their own; shading, too weak to be told from the noise of
+// one pixel, has its neighbourhood's mean, and next to an edge, where that is not to be had, zero.
+cv::Mat brightness_changes(const cv::Mat& contrast) {
+  cv::Mat central(contrast.size(), CV_32FC2), own(contrast.size(), CV_32FC2);
   const auto c = [&](int i, int j) {
-    return static_cast<double>(
-        contrast.at<float>(std::clamp(j, 0, contrast.rows - 1), std::clamp(i, 0, contrast.cols - 1)));
+    return contrast.at<float>(std::clamp(j, 0, contrast.rows - 1), std::clamp(i, 0, contrast.cols - 1));
   };
-  return Eigen::Vector2d(c(x + 1, y) - c(x - 1, y), c(x, y + 1) - c(x, y - 1)) / (2 * std::max(c(x, y), 1.0));
+  for (int y = 0; y < contrast.rows; ++y) {
+    for (int x = 0; x < contrast.cols; ++x) {
+      const float here = c(x, y), scale = 1 / std::max(here, 1.0F);
+      const cv::Vec2f before(here - c(x - 1, y), here - c(x, y - 1)), after(c(x + 1, y) - here, c(x, y + 1) - here);
+      central.at<cv::Vec2f>(y, x) = 0.5F * scale * (before + after);
+      own.at<cv::Vec2f>(y, x) = {scale * slope_between(before[0], after[0]),
+                                 scale * slope_between(before[1], after[1])};
+    }
+  }
+  std::array<cv::Mat, 2> components;
+  cv::split(central, components.data());
+  cv::Mat steepness, near_edge, changes;
+  cv::magnitude(components[0], components[1], steepness);
+  const cv::Mat edge = steepness >= kLeastChange;
+  const cv::Size reach(7, 7);
+  cv::dilate(edge, near_edge, cv::Mat::ones(reach, CV_8U));
+  cv::blur(central, changes, reach, {-1, -1}, cv::BORDER_REPLICATE);
+  changes.setTo(cv::Scalar::all(0), near_edge);
+  own.copyTo(changes, edge);
+  return changes;
 }
 
-cv::Mat error_terms(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& contrast) {
+cv::Mat error_terms(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& changes) {
   cv::Mat terms(u.size(), CV_32FC(kUnknowns), cv::Scalar::all(0));
   cv::parallel_for_({0, u.rows}, [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
@@ -74,9 +136,10 @@ cv::Mat error_terms(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& contr
         if (sigma.at<float>(y, x) <= 0) continue;
         auto& t = terms.at<Terms>(y, x);
         fill_phase_terms(u.at<double>(y, x), t);
-        const Eigen::Vector2d change = log_gradient(contrast, x, y);
-        if (change.norm() < kLeastChange) continue;
-        t[kTerms] = static_cast<float>(gradient_at(u, sigma, x, y).dot(change));
+        const auto& change = changes.at<cv::Vec2f>(y, x);
+        if (change[0] == 0 && change[1] == 0) continue;
+        const auto plane = plane_at(u, sigma, x, y);
+        if (plane) t[kTerms] = static_cast<float>(plane->x() * change[0] + plane->y() * change[1]);
       }
     }
   });
@@ -188,15 +251,19 @@ double observed_over_predicted(const cv::Mat& u, const cv::Mat& sigma) {
 PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contrast) {
   PhaseCorrection c;
   c.local = TileMap(u.size(), kTerms);
-  const cv::Mat terms = error_terms(u, sigma, contrast);
+  // Terms and weights are the neighbourhood's: a pixel's own share its noise, and as noise is least near the stripes'
+  // boundaries, they would show a phase error where there is none.
+  const Neighbourhoods mean = neighbourhoods(u, sigma);
+  const cv::Mat changes = brightness_changes(contrast);
+  const cv::Mat mean_terms = error_terms(mean.u, mean.sigma, changes);
   std::vector<Normal> normals(static_cast<std::size_t>(c.local.tile_count()));
   cv::parallel_for_({0, static_cast<int>(normals.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
-      normals[static_cast<std::size_t>(i)] = tile_normal(u, sigma, terms, c.local.area(i));
+      normals[static_cast<std::size_t>(i)] = tile_normal(u, mean.sigma, mean_terms, c.local.area(i));
     }
   });
   solve_terms(normals, c);
-  apply(c, terms, u, sigma);
+  apply(c, error_terms(u, sigma, changes), u, sigma);
   c.sigma_scale = observed_over_predicted(u, sigma);
   sigma *= c.sigma_scale;
   return c;

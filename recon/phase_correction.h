@@ -5,7 +5,9 @@
 //    coefficients vary over the image (tiles, bilinear in between) as focus does.
 // 2. Mixed reflectance: a pixel on a brightness gradient sees the stripes not at its centre but displaced towards the
 //    brighter side, for a Gaussian camera blur by exactly sigma_camera^2 grad(log C) (Stein's lemma; C the contrast).
-//    The one unknown is sigma_camera^2.
+//    The one unknown is sigma_camera^2. At printed edges the gradient is the pixel's own, as the geometric mean of the
+//    two differences to its neighbours, since it changes several times over within a pixel; shading, which one pixel's
+//    noise hides, is the mean over 7 x 7 pixels without an edge.
 //
 // On a surface that is smooth over three to five pixels, the second differences of the coordinate along camera rows and
 // columns hold nothing but noise and the second differences of these errors: a linear least-squares problem. Broken
