@@ -147,7 +147,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
     independent = refine(*start, data.observations, bundle_options);
   }
   if (!independent) return tl::unexpected(independent.error());
-  const Inflation counted = inflation(data.observations, *independent);
+  const Inflation counted = inflation(data.observations, *independent, bundle_options.threads);
   bundle_options.corner_inflation = counted.corners;
   bundle_options.stripe_inflation = counted.stripes;
   auto calibration = refine_shape(independent->state, data.observations, options.warp, bundle_options);

@@ -3,10 +3,15 @@
 // Neighbouring stripe readings err alike where the sheet is not flat or the stripe model not exact, and so do corners.
 // If observations at a distance h have the correlation rho(h), the mean of n of them has the variance sigma^2 / n times
 //   D = 1 + sum over the neighbours of an observation of rho(h),
-// the variance inflation (design effect) of sampling theory. rho is estimated from the residuals of a refinement, in
-// rings about each observation of a view, as wide as stripe readings are thinned or corners are apart, out to the first
-// ring where it does not exceed what uncorrelated observations would scatter by.
-// Dividing the observations' weight by D makes them count for their effective number n / D.
+// the variance inflation (design effect) of sampling theory. Dividing the observations' weight by D makes them count for
+// their effective number n / D. Two estimates are made from the residuals of a refinement; the larger one counts.
+//   near   rho in rings about each observation of a view, as wide as stripe readings are thinned or corners are apart,
+//          out to the first ring where it does not exceed what uncorrelated observations would scatter by
+//   far    what is left of each view's residuals in the polynomials of second degree over the image, which is where the
+//          parameters take their information from: sum of squares over its expectation for uncorrelated observations,
+//            sum_k (q_k' r)^2 / sigma^2   over   sum_k (1 - q_k' J C J' q_k / sigma^2),   q_k orthonormal over the view
+//          It sees correlations that are too weak for the rings and reach over the whole view. It is used where it
+//          exceeds 1 by more than its own scatter, the root of 2 over that expectation.
 #pragma once
 
 #include "solvers/bundle.h"
@@ -18,7 +23,7 @@ struct Inflation {
   double stripes = 1;
 };
 
-// `observations` are those the bundle was refined with. Each is at least 1.
-Inflation inflation(const Observations& observations, const BundleResult& bundle);
+// `observations` are those the bundle was refined with, independent ones assumed. Each is at least 1.
+Inflation inflation(const Observations& observations, const BundleResult& bundle, int threads);
 
 }  // namespace crumple
