@@ -94,15 +94,20 @@ std::vector<Eigen::Matrix2d> hat_blocks(const View& view, const ViewEvaluation& 
   return hats;
 }
 
-// The equations without robust loss at a state that predicts all views.
-NormalEquations equations_at(const Views& views, const std::vector<ViewWeights>& weights, const Parameters& parameters,
-                             const CalibrationState& state, const BundleOptions& options) {
-  const auto evaluate = [&](std::size_t v, ViewEvaluation& evaluation) {
+// Whitened, without robust loss, at a state that predicts all views. Refers to its arguments.
+NormalEquations::Evaluate whitened_at(const Views& views, const std::vector<ViewWeights>& weights,
+                                      const CalibrationState& state) {
+  return [&](std::size_t v, ViewEvaluation& evaluation) {
     views[v]->evaluate(state, true, evaluation);
     whiten(*views[v], weights[v], evaluation);
     discount(weights[v], evaluation);
     return true;
   };
+}
+
+NormalEquations equations_at(const Views& views, const std::vector<ViewWeights>& weights, const Parameters& parameters,
+                             const CalibrationState& state, const BundleOptions& options) {
+  const auto evaluate = whitened_at(views, weights, state);
   NormalEquations equations = *NormalEquations::of(views, parameters, evaluate, options.threads);
   for (const Prior& prior : options.priors) equations.add(prior, state);
   return equations;
@@ -315,6 +320,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
         options.reject_outliers ? gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next) : 0;
     const bool unchanged = changed == 0 && same_sigmas;
     if (unchanged || round == kMaxRounds) {
+      at->covariance.sharpen(views, whitened_at(views, weights, state), options.priors, state, options.threads);
       std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
       BundleResult result{std::move(state),       {}, {}, std::move(at->covariance), round, unchanged,
                           std::move(undetermined)};

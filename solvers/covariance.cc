@@ -9,11 +9,13 @@
 #include <fmt/format.h>
 
 #include "solvers/decompositions.h"
+#include "solvers/square_root.h"
 
 namespace crumple {
 namespace {
 
 constexpr double kSingular = 1e-12;  // rounding reaches 1e-15
+constexpr double kSquaresLoseDigits = 1e6;
 constexpr int kNamedComponents = 4;
 
 // The parameters that move most along an eigenvector of the equilibrated matrix.
@@ -75,6 +77,19 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   const Eigen::MatrixXd inverse = equilibrated.llt().solve(Eigen::MatrixXd::Identity(schur.rows(), schur.cols()));
   result.common_ = scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
   return result;
+}
+
+void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
+                              const NormalEquations::Evaluate& evaluate, const std::vector<Prior>& priors,
+                              const CalibrationState& state, int threads) {
+  if (condition_ < kSquaresLoseDigits) return;
+  const Eigen::MatrixXd root = reduced_square_root(views, parameters_, evaluate, priors, state, threads);
+  const Eigen::VectorXd scale = root.colwise().norm().transpose().cwiseInverse();
+  const Eigen::MatrixXd equilibrated = root * scale.asDiagonal();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(root.rows(), root.cols());
+  equilibrated.triangularView<Eigen::Upper>().solveInPlace(inverse);
+  inverse = scale.asDiagonal() * inverse;
+  common_.noalias() = inverse * inverse.transpose();
 }
 
 Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const CalibrationState& state) const {

@@ -7,11 +7,13 @@
 //   J'J = [ A  B_j ; B_j'  D_j ],   S = A - sum_j B_j D_j^-1 B_j'          (Schur complement)
 //   cov(a) = S^-1,  cov(a, b_j) = -S^-1 B_j D_j^-1,  cov(b_j) = D_j^-1 + D_j^-1 B_j' S^-1 B_j D_j^-1.
 // S is equilibrated to a unit diagonal before it is factored. Where its smallest equilibrated eigenvalue lies below
-// 1e-12 the parameters are not determined: that is an error which names the direction.
+// 1e-12 the parameters are not determined: that is an error which names the direction. What digits squaring the
+// Jacobian has cost, sharpen() brings back.
 //
 // Gauge: the reference sensor's mount is held, so every row is relative to that sensor's frame.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,11 @@ namespace crumple {
 class JointCovariance {
  public:
   static Expected<JointCovariance> create(const NormalEquations& equations, const CalibrationState& state);
+
+  // Takes cov(a) from the Jacobian's triangular square root (solvers/square_root.h) where the condition asks for it.
+  // The arguments are those the equations were made from.
+  void sharpen(const std::vector<std::unique_ptr<View>>& views, const NormalEquations::Evaluate& evaluate,
+               const std::vector<Prior>& priors, const CalibrationState& state, int threads);
 
   // Of the common parameters; row i is names()[i], such as "cam0.fx" or "board.warp_x".
   const Eigen::MatrixXd& common() const { return common_; }

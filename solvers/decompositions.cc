@@ -1,5 +1,7 @@
 #include "solvers/decompositions.h"
 
+#include <algorithm>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
@@ -14,6 +16,18 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix) {
 RightSingular right_singular(const Eigen::MatrixXd& matrix) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(matrix, Eigen::ComputeFullV);
   return {svd.singularValues(), svd.matrixV()};
+}
+
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& matrix) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(matrix);
+  return qr.matrixQR().topRows(std::min(matrix.rows(), matrix.cols())).triangularView<Eigen::Upper>();
+}
+
+Eigen::MatrixXd eliminated(const Eigen::MatrixXd& matrix, Eigen::Index columns) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(matrix.leftCols(columns));
+  Eigen::MatrixXd rest = matrix.rightCols(matrix.cols() - columns);
+  rest.applyOnTheLeft(qr.householderQ().adjoint());
+  return rest.bottomRows(std::max<Eigen::Index>(matrix.rows() - columns, 0));
 }
 
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right) {

@@ -21,6 +21,12 @@ struct RightSingular {
 
 RightSingular right_singular(const Eigen::MatrixXd& matrix);
 
+// R of matrix = Q R, upper triangular: min(rows, columns) rows.
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& matrix);
+
+// The matrix after reflections that leave nothing of its first columns below as many rows: without both.
+Eigen::MatrixXd eliminated(const Eigen::MatrixXd& matrix, Eigen::Index columns);
+
 // The x that minimises |matrix x - right|, and |x| where several do (complete orthogonal decomposition).
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 

@@ -2,47 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include <Eigen/Cholesky>
 
 #include "solvers/parallel.h"
+#include "solvers/view_partition.h"
 
 namespace crumple {
 namespace {
 
-constexpr std::size_t kMostParts = 32;
-constexpr std::size_t kLeastParts = 4;
-constexpr std::size_t kPartsEntries = 8'000'000;  // of the common equations, in all parts together
-constexpr std::size_t kPanelPlacements = 16;      // eliminated together
-
-// How many parts the work falls into. The sums' bits depend on it, so it depends on the number of common parameters
-// alone.
-std::size_t part_count(int common_size) {
-  const auto entries = static_cast<std::size_t>(std::max(common_size, 1)) * static_cast<std::size_t>(common_size + 1);
-  return std::clamp(kPartsEntries / std::max<std::size_t>(entries, 1), kLeastParts, kMostParts);
-}
-
-// Views in the order of their placements, and where each part of them begins; no placement is in two parts.
-struct Partition {
-  std::vector<std::size_t> order;
-  std::vector<std::size_t> begins;  // one more than there are parts
-};
-
-Partition partition(const std::vector<std::unique_ptr<View>>& views, std::size_t parts) {
-  Partition result;
-  result.order.resize(views.size());
-  std::iota(result.order.begin(), result.order.end(), std::size_t{0});
-  std::stable_sort(result.order.begin(), result.order.end(),
-                   [&](std::size_t a, std::size_t b) { return views[a]->placement() < views[b]->placement(); });
-  const std::size_t share = (views.size() + parts - 1) / parts;
-  for (std::size_t i = 0; i < result.order.size(); ++i) {
-    const bool new_placement = i == 0 || views[result.order[i]]->placement() != views[result.order[i - 1]]->placement();
-    if (new_placement && (i == 0 || i - result.begins.back() >= share)) result.begins.push_back(i);
-  }
-  result.begins.push_back(result.order.size());
-  return result;
-}
+constexpr std::size_t kPanelPlacements = 16;  // eliminated together
 
 // 1 / sqrt of the diagonal, and 1 where no observation says anything.
 template <typename Matrix>
@@ -183,8 +152,8 @@ std::optional<NormalEquations> NormalEquations::of(const std::vector<std::unique
                                                    const Parameters& parameters, const Evaluate& evaluate,
                                                    int threads) {
   NormalEquations equations(parameters);
-  const Partition parts = partition(views, part_count(parameters.common_size()));
-  std::vector<CommonSums> sums(parts.begins.size() - 1, equations.sums_);
+  const ViewPartition parts = partition(views, part_count(parameters.common_size()));
+  std::vector<CommonSums> sums(parts.parts(), equations.sums_);
   std::vector<char> predicted(sums.size(), 1);
   parallel_for(sums.size(), threads, [&](std::size_t part) {
     ViewEvaluation evaluation;
