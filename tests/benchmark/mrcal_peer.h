@@ -1,0 +1,30 @@
+// mrcal, under Debian's own Python, on the same campaign from the same start.
+#pragma once
+
+#include <string>
+
+#include "solvers/prior.h"
+#include "tests/benchmark/made_campaign.h"
+#include "tests/temporary_folder.h"
+
+namespace crumple {
+
+struct PeerSolve {
+  double seconds = 0;
+  double cost = 0;  // half the sum of squares, px^2
+};
+
+class MrcalPeer {
+ public:
+  MrcalPeer(const Campaign& campaign, int corners);  // along each side of the board
+  // These throw std::runtime_error with what mrcal said, where it fails.
+  PeerSolve solve() const;
+  Prior regularisation(const CalibrationState& state) const;  // what mrcal adds to the observations
+
+ private:
+  std::string said(const std::string& task) const;
+
+  TemporaryFolder folder_;
+};
+
+}  // namespace crumple
