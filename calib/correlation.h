@@ -3,8 +3,8 @@
 // Neighbouring stripe readings err alike where the sheet is not flat or the stripe model not exact, and so do corners.
 // If observations at a distance h have the correlation rho(h), the mean of n of them has the variance sigma^2 / n times
 //   D = 1 + sum over the neighbours of an observation of rho(h),
-// the variance inflation (design effect) of sampling theory. Dividing the observations' weight by D makes them count for
-// their effective number n / D. Two estimates are made from the residuals of a refinement; the larger one counts.
+// the variance inflation (design effect) of sampling theory. Dividing the observations' weight by D makes them count
+// for their effective number n / D. Two estimates are made from the residuals of a refinement; the larger one counts.
 //   near   rho in rings about each observation of a view, as wide as stripe readings are thinned or corners are apart,
 //          out to the first ring where it does not exceed what uncorrelated observations would scatter by
 //   far    what is left of each view's residuals in the polynomials of second degree over the image, which is where the
