@@ -63,8 +63,9 @@ std::optional<Eigen::Vector3d> plane_at(const cv::Mat& u, const cv::Mat& sigma, 
 
 // What a pixel's neighbours say of it: u on their plane, and their root mean square sigma; 0 where they do not tell.
 struct Neighbourhoods {
-  cv::Mat u;      // CV_64F
-  cv::Mat sigma;  // CV_32F
+  cv::Mat u;       // CV_64F
+  cv::Mat sigma;   // CV_32F
+  cv::Mat slopes;  // CV_32FC2, of the plane
 };
 
 Neighbourhoods neighbourhoods(const cv::Mat& u, const cv::Mat& sigma) {
@@ -79,11 +80,16 @@ Neighbourhoods neighbourhoods(const cv::Mat& u, const cv::Mat& sigma) {
   cv::divide(variance, share, variance, 255, CV_32F);
   cv::sqrt(variance, result.sigma);
   result.sigma.setTo(0, ~valid);
+  result.slopes = cv::Mat(u.size(), CV_32FC2, cv::Scalar::all(0));
   cv::parallel_for_({0, u.rows}, [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < u.cols; ++x) {
-        if (valid.at<std::uint8_t>(y, x) == 0 || complete.at<std::uint8_t>(y, x) != 0) continue;
+        if (valid.at<std::uint8_t>(y, x) == 0) continue;
         const auto plane = plane_at(u, sigma, x, y);
+        if (plane) {
+          result.slopes.at<cv::Vec2f>(y, x) = {static_cast<float>(plane->x()), static_cast<float>(plane->y())};
+        }
+        if (complete.at<std::uint8_t>(y, x) != 0) continue;
         result.u.at<double>(y, x) = u.at<double>(y, x) + (plane ? plane->z() : 0);
         if (!plane) result.sigma.at<float>(y, x) = 0;
       }
@@ -128,7 +134,7 @@ cv::Mat brightness_changes(const cv::Mat& contrast) {
   return changes;
 }
 
-cv::Mat error_terms(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& changes) {
+cv::Mat error_terms(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& slopes, const cv::Mat& changes) {
   cv::Mat terms(u.size(), CV_32FC(kUnknowns), cv::Scalar::all(0));
   cv::parallel_for_({0, u.rows}, [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
@@ -136,10 +142,7 @@ cv::Mat error_terms(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& chang
         if (sigma.at<float>(y, x) <= 0) continue;
         auto& t = terms.at<Terms>(y, x);
         fill_phase_terms(u.at<double>(y, x), t);
-        const auto& change = changes.at<cv::Vec2f>(y, x);
-        if (change[0] == 0 && change[1] == 0) continue;
-        const auto plane = plane_at(u, sigma, x, y);
-        if (plane) t[kTerms] = static_cast<float>(plane->x() * change[0] + plane->y() * change[1]);
+        t[kTerms] = slopes.at<cv::Vec2f>(y, x).dot(changes.at<cv::Vec2f>(y, x));
       }
     }
   });
@@ -255,7 +258,7 @@ PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contras
   // boundaries, they would show a phase error where there is none.
   const Neighbourhoods mean = neighbourhoods(u, sigma);
   const cv::Mat changes = brightness_changes(contrast);
-  const cv::Mat mean_terms = error_terms(mean.u, mean.sigma, changes);
+  const cv::Mat mean_terms = error_terms(mean.u, mean.sigma, mean.slopes, changes);
   std::vector<Normal> normals(static_cast<std::size_t>(c.local.tile_count()));
   cv::parallel_for_({0, static_cast<int>(normals.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
@@ -263,7 +266,7 @@ PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contras
     }
   });
   solve_terms(normals, c);
-  apply(c, error_terms(u, sigma, changes), u, sigma);
+  apply(c, error_terms(u, sigma, mean.slopes, changes), u, sigma);
   c.sigma_scale = observed_over_predicted(u, sigma);
   sigma *= c.sigma_scale;
   return c;

@@ -16,6 +16,7 @@
 #include "calib/detect_board.h"
 #include "calib/verdict.h"
 #include "datasets/capture.h"
+#include "tests/calib/saddle_points.h"
 #include "tests/datasets/public_data.h"
 
 namespace crumple {
@@ -28,17 +29,6 @@ const cv::TermCriteria kToTheEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS
 std::vector<Eigen::Vector2d> by_crossing_edges(const cv::Mat& image) {
   const auto board = detect_grid(image, 9, 6);
   return board ? board->pixels : std::vector<Eigen::Vector2d>();
-}
-
-// The detector of the published calibration.
-std::vector<Eigen::Vector2d> by_saddle_points(const cv::Mat& image) {
-  std::vector<cv::Point2f> corners;
-  if (!cv::findChessboardCorners(image, {9, 6}, corners)) return {};
-  cv::cornerSubPix(image, corners, {11, 11}, {-1, -1},
-                   cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01));
-  std::vector<Eigen::Vector2d> pixels;
-  for (const cv::Point2f& c : corners) pixels.emplace_back(c.x, c.y);
-  return pixels;
 }
 
 struct Baseline {
