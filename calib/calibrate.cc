@@ -4,10 +4,9 @@
 #include <set>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include "calib/correlation.h"
 #include "calib/lens_prior.h"
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -81,7 +80,7 @@ double wald_statistic(const BundleResult& bundle, const std::set<std::size_t>& b
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     warp.segment<2>(2 * static_cast<Eigen::Index>(i)) = state.boards[blocks[i].index].warp_mm;
   }
-  return warp.dot(bundle.covariance.of(blocks, state).llt().solve(warp));
+  return warp.dot(solve_symmetric(bundle.covariance.of(blocks, state), warp).col(0));
 }
 
 // P(chi-square of 2 n degrees of freedom > x) = exp(-x/2) sum_{k < n} (x/2)^k / k!.

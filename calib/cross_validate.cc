@@ -6,7 +6,6 @@
 #include <map>
 #include <optional>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
@@ -57,8 +56,8 @@ std::optional<LocalReading> fit_around(const StripeCoordinates& read, const Eige
     const Eigen::VectorXd residuals = (right - terms * solution).cwiseAbs();
     if (round == 1) {
       const double variance = residuals.squaredNorm() / static_cast<double>(count - kQuadraticTerms);
-      const Eigen::Matrix<double, kQuadraticTerms, kQuadraticTerms> normal = terms.transpose() * terms;
-      const double factor = normal.inverse()(0, 0);
+      const Eigen::VectorXd first = Eigen::VectorXd::Unit(kQuadraticTerms, 0);
+      const double factor = solve_symmetric(terms.transpose() * terms, first)(0, 0);
       return LocalReading{solution[0], std::sqrt(variance * factor)};
     }
     std::vector<double> sorted(residuals.begin(), residuals.end());

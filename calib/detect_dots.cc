@@ -5,7 +5,6 @@
 #include <limits>
 #include <optional>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <fmt/format.h>
 #include <opencv2/calib3d.hpp>
@@ -13,6 +12,7 @@
 
 #include "calib/grey_image.h"
 #include "solvers/closed_form/homography.h"
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -133,7 +133,7 @@ std::optional<Eigen::Vector3d> white_around(const std::vector<Pixel>& pixels, co
     ++count;
   }
   if (count < 12) return std::nullopt;
-  return normal.ldlt().solve(right);
+  return Eigen::Vector3d(solve_symmetric(normal, right));
 }
 
 std::optional<Eigen::Vector2d> centre_of_gravity(const cv::Mat& image, const Eigen::Vector2d& start,

@@ -1,6 +1,7 @@
 #include "calib/initial_rig.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "solvers/closed_form/homography.h"
+#include "solvers/closed_form/radial_alignment.h"
 #include "solvers/closed_form/resection.h"
 #include "solvers/closed_form/zhang.h"
 #include "solvers/decompositions.h"
@@ -19,7 +21,7 @@ namespace {
 constexpr std::size_t kMinimumPlacements = 3;
 
 struct CameraStart {
-  PinholeIntrinsics intrinsics;
+  Lens lens;
   std::map<std::size_t, Pose> sensor_from_board;  // by placement
 };
 
@@ -31,66 +33,162 @@ Points2d board_points(const Board& board, const CornerView& view) {
 
 using Homographies = std::map<std::size_t, Eigen::Matrix3d>;  // by placement
 
-// Per corner, of the closed form's poses; infinite where a corner lies behind the camera.
-double reprojection_rms(const PinholeIntrinsics& intrinsics, const Homographies& homographies, std::size_t sensor,
-                        const CalibrationState& state, const std::vector<CornerView>& corners) {
+// What one camera sees.
+struct CameraViews {
+  const SensorSpec& spec;
+  std::vector<const CornerView*> views;
+  std::vector<PlaneView> points;  // of the same views
+  Homographies homographies;
+
+  Eigen::Vector2d middle() const { return {0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1)}; }
+};
+
+// Per corner; infinite where one has no projection.
+double reprojection_rms(const CameraStart& start, const CameraViews& camera) {
   double sum = 0;
   std::size_t count = 0;
-  for (const CornerView& view : corners) {
-    if (view.sensor != sensor) continue;
-    const Pose pose = plane_pose(homographies.at(view.placement), intrinsics.matrix());
-    for (std::size_t i = 0; i < view.corners.size(); ++i, ++count) {
-      const Eigen::Vector3d in_sensor = pose * state.board_at(view.placement).point(view.corners[i]);
-      if (in_sensor.z() <= 0) return std::numeric_limits<double>::infinity();
-      sum += ((intrinsics.matrix() * in_sensor).hnormalized() - view.pixels[i]).squaredNorm();
+  for (std::size_t v = 0; v < camera.views.size(); ++v) {
+    const Pose& pose = start.sensor_from_board.at(camera.views[v]->placement);
+    for (std::size_t i = 0; i < camera.points[v].pixels.size(); ++i, ++count) {
+      const Eigen::Vector2d& p = camera.points[v].plane_mm[i];
+      const auto pixel = start.lens.project(pose * Eigen::Vector3d(p.x(), p.y(), 0));
+      if (!pixel) return std::numeric_limits<double>::infinity();
+      sum += (*pixel - camera.points[v].pixels[i]).squaredNorm();
     }
   }
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-// Zhang's six unknowns, or one focal length with the principal point in the image's middle: whichever reprojects
-// better.
-Expected<PinholeIntrinsics> start_intrinsics(const SensorSpec& spec, std::size_t sensor,
-                                             const Homographies& homographies, const CalibrationState& state,
-                                             const std::vector<CornerView>& corners) {
-  std::vector<Eigen::Matrix3d> list;
-  for (const auto& [placement, h] : homographies) list.push_back(h);
-  const auto zhang = zhang_intrinsics(list);
-  if (planes_are_parallel(list)) return zhang;
-  const Eigen::Vector2d middle(0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1));
-  const auto centred = intrinsics_about(middle, list);
-  if (!centred) return zhang;
-  if (!zhang) return centred;
-  const auto rms = [&](const PinholeIntrinsics& intrinsics) {
-    return reprojection_rms(intrinsics, homographies, sensor, state, corners);
-  };
-  return rms(*centred) < rms(*zhang) ? centred : zhang;
+Expected<Lens> lens_from(const std::string& model, ImageSize size, const PinholeIntrinsics& intrinsics) {
+  return Lens::undistorted(model, size, intrinsics.focal_x_px, intrinsics.focal_y_px, intrinsics.principal_point_px);
 }
 
-// Discs are taken at their image's centre of gravity: the start can bear it.
-Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, const CalibrationState& state,
-                                   const std::vector<CornerView>& corners,
-                                   const std::vector<std::string>& placement_names) {
-  Homographies homographies;
+std::optional<CameraStart> pinhole_start(const CameraViews& camera, const PinholeIntrinsics& intrinsics) {
+  auto lens = lens_from(camera.spec.lens_model, camera.spec.size, intrinsics);
+  if (!lens) return std::nullopt;
+  CameraStart start{std::move(*lens), {}};
+  for (const auto& [placement, h] : camera.homographies) {
+    start.sensor_from_board[placement] = plane_pose(h, intrinsics.matrix());
+  }
+  return start;
+}
+
+using Poses = std::vector<std::optional<Pose>>;
+
+// One focal length and `radial` terms of distortion, linear in f, f k1, f k2, f k3 where the poses are known.
+std::optional<Lens> fit_lens(const CameraViews& camera, const Poses& poses, int radial) {
+  const auto unit = Lens::undistorted(camera.spec.lens_model, camera.spec.size, 1, 1, Eigen::Vector2d::Zero());
+  if (!unit) return std::nullopt;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(1 + radial, 1 + radial);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(1 + radial);
+  for (std::size_t v = 0; v < poses.size(); ++v) {
+    if (!poses[v]) continue;
+    for (std::size_t i = 0; i < camera.points[v].pixels.size(); ++i) {
+      const Eigen::Vector2d& p = camera.points[v].plane_mm[i];
+      const auto slope = unit->project(*poses[v] * Eigen::Vector3d(p.x(), p.y(), 0));
+      if (!slope) continue;
+      Eigen::VectorXd powers(1 + radial);
+      for (int k = 0; k <= radial; ++k) powers[k] = std::pow(slope->squaredNorm(), k);
+      normal += slope->squaredNorm() * powers * powers.transpose();
+      right += slope->dot(camera.points[v].pixels[i] - camera.middle()) * powers;
+    }
+  }
+  const Eigen::VectorXd solution = solve_symmetric(normal, right);
+  const double focal = solution[0];
+  auto lens = Lens::undistorted(camera.spec.lens_model, camera.spec.size, focal, focal, camera.middle());
+  if (!lens) return std::nullopt;
+  std::vector<double> parameters = lens->parameters();
+  constexpr std::array<std::size_t, 3> kRadial = {4, 5, 8};  // k1 k2 k3
+  for (int k = 0; k < radial; ++k) parameters[kRadial[static_cast<std::size_t>(k)]] = solution[1 + k] / focal;
+  return lens->with_parameters(parameters);
+}
+
+// Terms of OpenCV's polynomial that the model has.
+int radial_terms(const std::string& model) {
+  if (model == "LENSMODEL_OPENCV4") return 2;
+  return model.rfind("LENSMODEL_OPENCV", 0) == 0 ? 3 : 0;
+}
+
+// The pose of a board whose corners' rays are known.
+std::optional<Pose> pose_by_rays(const Lens& lens, const PlaneView& view) {
+  Points2d plane, slopes;
+  for (std::size_t i = 0; i < view.pixels.size(); ++i) {
+    const auto ray = lens.ray(view.pixels[i]);
+    if (!ray || ray->z() <= 0) continue;
+    plane.push_back(view.plane_mm[i]);
+    slopes.emplace_back(ray->hnormalized());
+  }
+  const auto slopes_from_plane = homography(plane, slopes);
+  if (!slopes_from_plane) return std::nullopt;
+  return plane_pose(*slopes_from_plane, Eigen::Matrix3d::Identity());
+}
+
+std::optional<CameraStart> radial_start(const CameraViews& camera, const Poses& poses, int radial) {
+  auto lens = fit_lens(camera, poses, radial);
+  if (!lens) return std::nullopt;
+  CameraStart start{std::move(*lens), {}};
+  for (std::size_t v = 0; v < poses.size(); ++v) {
+    const auto pose = poses[v] ? poses[v] : pose_by_rays(start.lens, camera.points[v]);
+    if (!pose) return std::nullopt;
+    start.sensor_from_board[camera.views[v]->placement] = *pose;
+  }
+  return start;
+}
+
+Expected<CameraViews> views_of(const SensorSpec& spec, std::size_t sensor, const CalibrationState& state,
+                               const std::vector<CornerView>& corners,
+                               const std::vector<std::string>& placement_names) {
+  CameraViews camera{spec, {}, {}, {}};
   for (const CornerView& view : corners) {
     if (view.sensor != sensor) continue;
-    const auto h = homography(board_points(state.board_at(view.placement), view), view.pixels);
+    camera.views.push_back(&view);
+    camera.points.push_back({board_points(state.board_at(view.placement), view), view.pixels});
+    const auto h = homography(camera.points.back().plane_mm, view.pixels);
     if (!h) {
       return fail(fmt::format("{}, station {}: {}", spec.name, placement_names[view.placement], h.error().message));
     }
-    homographies[view.placement] = *h;
+    camera.homographies[view.placement] = *h;
   }
-  if (homographies.size() < kMinimumPlacements) {
+  return camera;
+}
+
+// Zhang's six unknowns; one focal length with the principal point in the image's middle; or that and radial
+// distortion: whichever reprojects best. Discs are taken at their image's centre of gravity: the start can bear it.
+Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, const CalibrationState& state,
+                                   const std::vector<CornerView>& corners,
+                                   const std::vector<std::string>& placement_names) {
+  const auto camera = views_of(spec, sensor, state, corners, placement_names);
+  if (!camera) return tl::unexpected(camera.error());
+  if (camera->homographies.size() < kMinimumPlacements) {
     return fail(fmt::format("{} sees the board in {} placements: a calibration needs at least {}", spec.name,
-                            homographies.size(), kMinimumPlacements));
+                            camera->homographies.size(), kMinimumPlacements));
   }
-  const auto intrinsics = start_intrinsics(spec, sensor, homographies, state, corners);
-  if (!intrinsics) return fail(fmt::format("{}: {}", spec.name, intrinsics.error().message));
-  CameraStart start{*intrinsics, {}};
-  for (const auto& [placement, h] : homographies) {
-    start.sensor_from_board[placement] = plane_pose(h, intrinsics->matrix());
+  std::vector<Eigen::Matrix3d> list;
+  for (const auto& [placement, h] : camera->homographies) list.push_back(h);
+  const auto zhang = zhang_intrinsics(list);
+  std::vector<std::optional<CameraStart>> starts;
+  if (zhang) starts.push_back(pinhole_start(*camera, *zhang));
+  if (!planes_are_parallel(list)) {
+    if (const auto centred = intrinsics_about(camera->middle(), list)) {
+      starts.push_back(pinhole_start(*camera, *centred));
+    }
+    if (const auto poses = align_radially(camera->middle(), camera->points)) {
+      for (int radial = 0; radial <= radial_terms(spec.lens_model); ++radial) {
+        starts.push_back(radial_start(*camera, *poses, radial));
+      }
+    }
   }
-  return start;
+  const CameraStart* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& start : starts) {
+    const double rms = start ? reprojection_rms(*start, *camera) : least;
+    if (!(rms < least)) continue;
+    least = rms;
+    best = &*start;
+  }
+  if (best == nullptr && !zhang) return fail(fmt::format("{}: {}", spec.name, zhang.error().message));
+  if (best == nullptr) return fail(fmt::format("{}: no pose of the board explains its corners", spec.name));
+  return *best;
 }
 
 // Mean of poses: the rotation by the largest eigenvector of the quaternions' outer products (Markley et al. 2007).
@@ -123,10 +221,6 @@ std::optional<Pose> join(const CameraStart& start, const std::map<std::size_t, P
   }
   if (candidates.empty()) return std::nullopt;
   return mean_pose(candidates);
-}
-
-Expected<Lens> lens_from(const std::string& model, ImageSize size, const PinholeIntrinsics& intrinsics) {
-  return Lens::undistorted(model, size, intrinsics.focal_x_px, intrinsics.focal_y_px, intrinsics.principal_point_px);
 }
 
 struct ProjectorPoints {
@@ -210,16 +304,15 @@ Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensor
   std::map<std::size_t, CameraStart> starts;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const SensorSpec& spec = sensors[s];
-    PinholeIntrinsics intrinsics{1.0 * spec.size.width_px,
-                                 1.0 * spec.size.width_px,
-                                 {0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1)}};
     if (spec.kind == SensorKind::camera) {
-      const auto start = start_camera(spec, s, state, corners, placement_names);
+      auto start = start_camera(spec, s, state, corners, placement_names);
       if (!start) return tl::unexpected(start.error());
-      intrinsics = start->intrinsics;
-      starts[s] = *start;
+      state.rig.sensors.push_back({spec.name, spec.kind, start->lens, {}});
+      starts.emplace(s, std::move(*start));
+      continue;
     }
-    auto lens = lens_from(spec.lens_model, spec.size, intrinsics);
+    auto lens = Lens::undistorted(spec.lens_model, spec.size, spec.size.width_px, spec.size.width_px,
+                                  {0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1)});
     if (!lens) return fail(fmt::format("{}: {}", spec.name, lens.error().message));
     state.rig.sensors.push_back({spec.name, spec.kind, std::move(*lens), {}});
   }

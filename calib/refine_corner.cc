@@ -5,10 +5,10 @@
 #include <numbers>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "calib/grey_image.h"
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -125,7 +125,7 @@ Parameters moved(const Parameters& p, const Vector& step) {
 void solve_linear(const std::vector<Sample>& samples, Parameters& p) {
   const NormalEquations n = linearise(p, samples);
   const Eigen::Matrix<double, kLinear, kLinear> matrix = n.matrix.bottomRightCorner<kLinear, kLinear>();
-  p.linear += matrix.ldlt().solve(n.right.tail<kLinear>());
+  p.linear += solve_symmetric(matrix, n.right.tail<kLinear>());
 }
 
 double variance_of(const std::vector<Sample>& samples) {
@@ -153,7 +153,7 @@ std::optional<RefinedCorner> refine_corner(const cv::Mat& image, const Eigen::Ve
   for (int i = 0; i < kIterations && !settled; ++i) {
     Matrix damped = at.matrix;
     damped.diagonal() *= 1 + damping;
-    const Vector step = damped.ldlt().solve(at.right);
+    const Vector step = solve_symmetric(damped, at.right);
     if (!step.allFinite()) return std::nullopt;
     const Parameters next = moved(p, step);
     const NormalEquations there = linearise(next, samples);
@@ -170,7 +170,7 @@ std::optional<RefinedCorner> refine_corner(const cv::Mat& image, const Eigen::Ve
   if (!settled || p.corner.norm() > kFarthest_px || p.blur_px > most_blur_px) return std::nullopt;
   if (at.squares >= (1 - kLeastExplained) * variance_of(samples)) return std::nullopt;
   const double variance = at.squares / static_cast<double>(samples.size() - kUnknowns);
-  const Matrix inverse = at.matrix.ldlt().solve(Matrix::Identity());
+  const Matrix inverse = solve_symmetric(at.matrix, Matrix::Identity());
   return RefinedCorner{start + p.corner, std::sqrt(0.5 * variance * inverse.topLeftCorner<2, 2>().trace()), p.blur_px};
 }
 

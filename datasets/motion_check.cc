@@ -7,10 +7,11 @@
 #include <optional>
 #include <tuple>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -83,15 +84,15 @@ std::optional<BlockShift> block_shift(const cv::Mat1f& from, const cv::Mat1f& to
   if (count < block.area() / 2) return std::nullopt;
   // The shift's own information, light eliminated.
   const Eigen::Matrix2d light = normal.bottomRightCorner<2, 2>() + 1e-9 * Eigen::Matrix2d::Identity();
-  const Eigen::Matrix2d gain = light.ldlt().solve(normal.bottomLeftCorner<2, 2>());
+  const Eigen::Matrix2d gain = solve_symmetric(light, normal.bottomLeftCorner<2, 2>());
   const Eigen::Matrix2d information = normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 2>() * gain;
   const Eigen::Vector2d reduced = right.head<2>() - gain.transpose() * right.tail<2>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information);
-  const double strongest = eigen.eigenvalues()[1];
+  const SymmetricEigen eigen = symmetric_eigen(information);
+  const double strongest = eigen.values[1];
   if (!(strongest > 0)) return std::nullopt;
-  const Eigen::Vector4d solution = normal.ldlt().solve(right);
+  const Eigen::Vector4d solution = solve_symmetric(normal, right);
   const double variance = std::max(0.0, squares - solution.dot(right)) / (count - 4);
-  const double along = eigen.eigenvectors().col(1).dot(reduced) / strongest;
+  const double along = eigen.vectors.col(1).dot(reduced) / strongest;
   return BlockShift{std::abs(along), std::sqrt(variance / strongest)};
 }
 

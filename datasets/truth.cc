@@ -4,11 +4,12 @@
 #include <cassert>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include "datasets/rig_file.h"
 #include "datasets/scene_file.h"
+#include "solvers/decompositions.h"
 #include "solvers/parallel.h"
 
 namespace crumple {
@@ -94,7 +95,7 @@ Spread after_rigid_motion(const Cloud& cloud, const std::vector<Deviation>& devi
   // A flat surface leaves three of the six undetermined; a speck of damping, in the matrix' own scale, holds them.
   normal_matrix.diagonal() *= 1 + 1e-9;
   normal_matrix.diagonal().array() += 1e-9;
-  const Vector6d motion = normal_matrix.ldlt().solve(right_side);
+  const Vector6d motion = solve_symmetric(normal_matrix, right_side);
   Spread spread;
   for (std::size_t i = 0; i < deviations.size(); ++i) {
     if (!kept[i]) continue;

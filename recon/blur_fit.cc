@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
 #include <opencv2/core/utility.hpp>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -99,7 +100,7 @@ class GlobalFit {
     normal /= variance;
     right /= variance;
     add_prior(e, normal, right);
-    apply(normal.ldlt().solve(right), e);
+    apply(solve_symmetric(normal, right), e);
     tabulate(e);
   }
 

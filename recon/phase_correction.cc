@@ -4,10 +4,11 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -58,7 +59,7 @@ std::optional<Eigen::Vector3d> plane_at(const cv::Mat& u, const cv::Mat& sigma, 
     }
   }
   if (normal(2, 2) < 10 || normal.determinant() < 1e-3 * normal(2, 2)) return std::nullopt;
-  return normal.ldlt().solve(right);
+  return Eigen::Vector3d(normal.inverse() * right);
 }
 
 // What a pixel's neighbours say of it: u on their plane, and their root mean square sigma; 0 where they do not tell.
@@ -203,7 +204,7 @@ void solve_terms(const std::vector<Normal>& normals, PhaseCorrection& c) {
   }
   all.matrix.diagonal().head<kTerms>().array() += 1 / (kPriorPhase * kPriorPhase);
   all.matrix(kTerms, kTerms) += 1 / (kPriorMixing_px2 * kPriorMixing_px2);
-  const Vector mean = all.matrix.ldlt().solve(all.right);
+  const Vector mean = solve_symmetric(all.matrix, all.right);
   Eigen::Map<Eigen::Matrix<double, kTerms, 1>>(c.mean.data()) = mean.head<kTerms>();
   c.mixing_px2 = std::clamp(mean[kTerms], 0.0, 4.0);
 
@@ -214,7 +215,8 @@ void solve_terms(const std::vector<Normal>& normals, PhaseCorrection& c) {
         normals[i].right.head<kTerms>() - normals[i].matrix.topRightCorner<kTerms, 1>() * c.mixing_px2;
     matrix.diagonal().array() += kVariationWeight;
     right += kVariationWeight * mean.head<kTerms>();
-    Eigen::Map<Eigen::Matrix<double, kTerms, 1>>(c.local.tile(static_cast<int>(i)).data()) = matrix.ldlt().solve(right);
+    Eigen::Map<Eigen::Matrix<double, kTerms, 1>>(c.local.tile(static_cast<int>(i)).data()) =
+        solve_symmetric(matrix, right);
   }
 }
 

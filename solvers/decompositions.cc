@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
@@ -32,6 +33,10 @@ Eigen::MatrixXd eliminated(const Eigen::MatrixXd& matrix, Eigen::Index columns) 
 
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right) {
   return matrix.completeOrthogonalDecomposition().solve(right);
+}
+
+Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
+  return matrix.ldlt().solve(right);
 }
 
 }  // namespace crumple

@@ -30,4 +30,7 @@ Eigen::MatrixXd eliminated(const Eigen::MatrixXd& matrix, Eigen::Index columns);
 // The x that minimises |matrix x - right|, and |x| where several do (complete orthogonal decomposition).
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 
+// The solution of matrix x = right for a symmetric matrix that is positive or negative semidefinite (LDLT).
+Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
+
 }  // namespace crumple

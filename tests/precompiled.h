@@ -1,4 +1,4 @@
-// What nearly every test includes, compiled once per test program. Sources still include what they use.
+// What nearly every test includes, compiled once. Sources still include what they use.
 #pragma once
 
 #include <filesystem>

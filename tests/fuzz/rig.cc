@@ -1,32 +1,8 @@
 // A rig's folder: rig.yaml, .cameramodel files and covariance.npy in one input, each behind a line "=== NAME". What is
 // accepted can be written and comes back the same.
-#include <algorithm>
-#include <cstring>
-#include <filesystem>
-
 #include "datasets/rig_file.h"
+#include "tests/fuzz/folder.h"
 #include "tests/fuzz/input.h"
-#include "tests/temporary_folder.h"
-
-namespace {
-
-// Files of one name follow each other; nothing leaves the folder.
-void unpack(const std::string& input, const std::filesystem::path& folder) {
-  const std::string mark = "=== ";
-  std::size_t at = input.starts_with(mark) ? 0 : input.find("\n" + mark);
-  while (at != std::string::npos) {
-    const std::size_t name_at = input.find(mark, at) + mark.size();
-    const std::size_t end_of_line = std::min(input.find('\n', name_at), input.size());
-    const std::string name = input.substr(name_at, end_of_line - name_at);
-    at = input.find("\n" + mark, end_of_line);
-    const bool plain = !name.empty() && name.size() < 100 && name.find('/') == std::string::npos &&
-                       name.find('\0') == std::string::npos && name != "." && name != "..";
-    if (plain && end_of_line < input.size())
-      crumple::write_content(folder / name, input.substr(end_of_line + 1, at - end_of_line - 1));
-  }
-}
-
-}  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crumple;

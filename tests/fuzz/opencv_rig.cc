@@ -1,0 +1,6 @@
+// OpenCV's YAML, one file per sensor.
+#include "tests/fuzz/rig_format.h"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return crumple::read_in_format("opencv", data, size);
+}

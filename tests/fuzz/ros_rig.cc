@@ -1,0 +1,6 @@
+// ROS's camera_info, one file per camera.
+#include "tests/fuzz/rig_format.h"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return crumple::read_in_format("ros", data, size);
+}
