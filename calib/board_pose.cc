@@ -7,7 +7,7 @@
 namespace crumple {
 namespace {
 
-constexpr int kIterations = 50;
+constexpr int kPoseIterations = 50;
 constexpr double kSettled = 1e-12;  // of the squares' sum
 constexpr double kLeastDamping = 1e-9;
 constexpr double kMostDamping = 1e6;
@@ -49,7 +49,7 @@ Expected<Pose> fit_board_pose(const Rig& rig, const Board& board, const std::vec
   auto equation = linearise(rig, board, views, pose);
   if (!equation) return fail("the board's pose cannot be fitted: a corner lies outside a lens's domain");
   double damping = kLeastDamping;
-  for (int i = 0; i < kIterations && damping < kMostDamping; ++i) {
+  for (int i = 0; i < kPoseIterations && damping < kMostDamping; ++i) {
     Matrix6d damped = equation->information;
     damped.diagonal() *= 1 + damping;
     const Eigen::LLT<Matrix6d> llt(damped);

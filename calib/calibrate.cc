@@ -138,6 +138,9 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
 
   add_lens_priors(*start, bundle_options);
+  for (Prior& prior : scale_priors(data.boards, data.board_of, data.temperature, *start)) {
+    bundle_options.priors.push_back(std::move(prior));
+  }
 
   bundle_options.estimate_warp = options.warp != WarpChoice::off;
   auto independent = refine(*start, data.observations, bundle_options);
@@ -152,7 +155,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   auto calibration = refine_shape(independent->state, data.observations, options.warp, bundle_options);
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
-  calibration->scale = scale_uncertainty(data.boards, data.board_of, data.temperature);
+  calibration->scale = scale_uncertainty(data.boards, data.board_of, data.temperature, calibration->bundle);
   calibration->start = *start;
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
@@ -178,9 +181,6 @@ RigCovariance rig_covariance(const BundleResult& bundle) {
 Rig calibrated_rig(const Calibration& calibration) {
   Rig rig = calibration.bundle.state.rig;
   rig.covariance = rig_covariance(calibration.bundle);
-  if (calibration.scale) {
-    rig.covariance = with_scale_uncertainty(rig.covariance, calibration.bundle.state, calibration.scale->relative);
-  }
   for (const GroupSummary& group : calibration.bundle.groups) {
     rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
   }

@@ -53,10 +53,11 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
 // The data without one placement, for cross-validation.
 CalibrationData without_placement(const CalibrationData& data, std::size_t placement);
 
-// The joint covariance of what is common to all placements, by name. It knows nothing of the scale.
+// The joint covariance of what is common to all placements, by name.
 RigCovariance rig_covariance(const BundleResult& bundle);
 
-// The estimated rig with its covariance, the scale's share included where it is known, and each group's sigma.
+// The estimated rig with its covariance and each group's sigma. It holds the scale's share where a certificate tells
+// it.
 Rig calibrated_rig(const Calibration& calibration);
 
 }  // namespace crumple

@@ -6,6 +6,7 @@
 // see calib/scale_uncertainty.h. What is not known is said, never taken for zero.
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -30,7 +31,9 @@ struct Temperature {
 
 struct ScalePrior {
   double scale = 1;
-  double sigma = 0;
+  double own_sigma = 0;          // by the certificate: pitch and expansion
+  double temperature_sigma = 0;  // by the capture's temperature, common to all boards; signed as the expansion is
+  double sigma() const { return std::hypot(own_sigma, temperature_sigma); }
 };
 
 // `capture` and the expansion are needed together: without either the scale is the certificate's, at its temperature.

@@ -20,7 +20,7 @@ namespace {
 constexpr double kLeastArea_px2 = 12;
 constexpr double kAstray = 0.25;  // of the distance between neighbours: no dot of this grid
 constexpr double kWindow = 0.6;   // of the way from a dot's edge to halfway to the next dot
-constexpr int kIterations = 4;
+constexpr int kCentreIterations = 4;
 constexpr double kFarthest = 0.5;  // of a radius, from where OpenCV put it
 
 cv::Ptr<cv::FeatureDetector> blob_detector(const cv::Mat& image8, const Target& target) {
@@ -140,7 +140,7 @@ std::optional<Eigen::Vector2d> centre_of_gravity(const cv::Mat& image, const Eig
                                                  const Eigen::Matrix2d& radii_from_px, double reach) {
   const double window = 1 + kWindow * (reach - 1);
   Eigen::Vector2d centre = start;
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < kCentreIterations; ++i) {
     const std::vector<Pixel> pixels = pixels_around(image, centre, radii_from_px, reach);
     const auto white = white_around(pixels, centre, window);
     if (!white) return std::nullopt;

@@ -21,7 +21,7 @@ constexpr double kMostBlurOfStep = 0.25;
 constexpr double kFarthest_px = 2.5;      // from the start
 constexpr double kLeastExplained = 0.75;  // of the intensities' variance
 constexpr double kSettled_px = 1e-5;
-constexpr int kIterations = 30;
+constexpr int kCornerIterations = 30;
 constexpr int kNonlinear = 5;  // corner x y, directions of the edges, blur
 constexpr int kLinear = 6;     // brightness and contrast, each 1, dx, dy
 constexpr int kUnknowns = kNonlinear + kLinear;
@@ -150,7 +150,7 @@ std::optional<RefinedCorner> refine_corner(const cv::Mat& image, const Eigen::Ve
   NormalEquations at = linearise(p, samples);
   double damping = 1e-3;
   bool settled = false;
-  for (int i = 0; i < kIterations && !settled; ++i) {
+  for (int i = 0; i < kCornerIterations && !settled; ++i) {
     Matrix damped = at.matrix;
     damped.diagonal() *= 1 + damping;
     const Vector step = solve_symmetric(damped, at.right);

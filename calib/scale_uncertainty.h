@@ -1,11 +1,14 @@
-// How sure the scale of a calibration is, and what that means for the rig.
+// How sure the scale of a calibration is: the boards' certificates as priors of the refinement (GUM type B).
 //
 // Images tell a calibration up to its scale, which is the boards' alone: stretch boards, mounts and placements together
-// and no residual changes. So nothing but the certificate determines it, and joining it to the refinement as a
-// parameter under its prior gives, exactly, what is done here: with v the derivative of the rig by the scale (a mount's
-// translation and a board's warp are their own derivatives, all else is zero),
-//   covariance <- covariance + u^2 v v',   and a row for the scale itself: u^2, coupled by u^2 v.
-// A distance in the rig then holds the certificate's relative uncertainty.
+// and no residual changes. So the scale of every board takes part in the refinement as a parameter, under its
+// certificate's prior, and every length of the rig holds the certificate's relative uncertainty: of one board, exactly
+// covariance + u^2 v v', v the rig's derivative by the scale. Of several, lengths that cameras see on all of them weigh
+// the certificates against each other. An error of the capture's temperature is common to all boards.
+//
+// A board without a certificate beside others that have one is a parameter too, under a weak prior of 5 %: images of a
+// rig whose lengths the others tell determine it. Without any certificate the scale is held at the nominal one and not
+// known.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +17,7 @@
 #include <vector>
 
 #include "calib/board_spec.h"
-#include "solvers/state.h"
+#include "solvers/bundle.h"
 
 namespace crumple {
 
@@ -23,13 +26,15 @@ struct ScaleUncertainty {
   std::string missing;  // what it does not contain, in words; empty where it is complete
 };
 
-// Of the boards that were used: the largest where there are several, as if they erred together. None where a board has
-// no certificate: then the scale is not known, whatever the others say.
+// Named "certificates" and "scale.weak"; empty where no board that was used has a certificate. `start` has the scales
+// that they are about.
+std::vector<Prior> scale_priors(const std::vector<BoardSpec>& boards, const std::vector<std::size_t>& board_of,
+                                const std::optional<Temperature>& capture, const CalibrationState& start);
+
+// Of the boards that were used, the largest after the refinement; none where it is not known.
 std::optional<ScaleUncertainty> scale_uncertainty(const std::vector<BoardSpec>& boards,
                                                   const std::vector<std::size_t>& board_of,
-                                                  const std::optional<Temperature>& capture);
-
-// Adds the row "scale".
-RigCovariance with_scale_uncertainty(const RigCovariance& covariance, const CalibrationState& state, double relative);
+                                                  const std::optional<Temperature>& capture,
+                                                  const BundleResult& bundle);
 
 }  // namespace crumple

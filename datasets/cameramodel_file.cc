@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "datasets/limits.h"
 #include "datasets/output_folder.h"
 #include "datasets/python_literal.h"
 
@@ -18,8 +19,6 @@ Expected<const nlohmann::json*> member(const nlohmann::json& model, const std::s
   return &*found;
 }
 
-constexpr double largest = 1e12;  // keeps what is computed from a number finite
-
 // A list of numbers; any count where `count` is 0.
 Expected<std::vector<double>> numbers(const nlohmann::json& model, const std::string& key, std::size_t count) {
   const auto list = member(model, key);
@@ -27,10 +26,10 @@ Expected<std::vector<double>> numbers(const nlohmann::json& model, const std::st
   std::vector<double> values;
   if ((*list)->is_array())
     for (const nlohmann::json& item : **list)
-      if (item.is_number() && std::abs(item.get<double>()) <= largest) values.push_back(item.get<double>());
+      if (item.is_number() && std::abs(item.get<double>()) <= kLargestValue) values.push_back(item.get<double>());
   if (!(*list)->is_array() || values.size() != (*list)->size() || (count != 0 && values.size() != count))
     return fail(fmt::format("'{}' has to be a list of {}numbers of at most {:g}", key,
-                            count == 0 ? "" : std::to_string(count) + " ", largest));
+                            count == 0 ? "" : std::to_string(count) + " ", kLargestValue));
   return values;
 }
 
@@ -38,7 +37,7 @@ Expected<ImageSize> image_size(const nlohmann::json& model) {
   const auto values = numbers(model, "imagersize", 2);
   if (!values) return tl::unexpected(values.error());
   for (const double value : *values)
-    if (value < 1 || value > 1e6 || value != std::floor(value))
+    if (value < 1 || value > kLargestImage_px || value != std::floor(value))
       return fail("'imagersize' has to hold two whole numbers above 0");
   return ImageSize{static_cast<int>((*values)[0]), static_cast<int>((*values)[1])};
 }

@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
+#include "datasets/limits.h"
 #include "datasets/yaml_values.h"
 
 namespace crumple {
 namespace {
 
-constexpr double kLargest = 1e12;
 constexpr double kRounding = 1e-9;
 
 }  // namespace
@@ -25,12 +25,12 @@ Pose read_pose(const YamlValue& value) {
   Pose pose;
   YamlMap map = value.map();
   if (const auto rotation = map.require("quaternion_wxyz", "[w, x, y, z]")) {
-    const Eigen::Vector4d q = read_vector<4>(*rotation, -kLargest, kLargest);
+    const Eigen::Vector4d q = read_vector<4>(*rotation, -kLargestValue, kLargestValue);
     pose.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
     if (!(std::abs(pose.rotation.norm() - 1) <= kRounding)) rotation->problem("must be of unit length");
   }
   if (const auto translation = map.require("translation_mm", "[x, y, z]")) {
-    pose.translation = read_vector<3>(*translation, -kLargest, kLargest);
+    pose.translation = read_vector<3>(*translation, -kLargestValue, kLargestValue);
   }
   map.finish();
   return pose;

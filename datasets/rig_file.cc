@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "datasets/cameramodel_file.h"
+#include "datasets/limits.h"
 #include "datasets/npy_file.h"
 #include "datasets/output_folder.h"
 #include "datasets/pose_yaml.h"
@@ -18,16 +19,15 @@ namespace crumple {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* schema = "crumple-rig/1";
+constexpr const char* kRigSchema = "crumple-rig/1";
 constexpr const char* description_name = "rig.yaml";
 constexpr const char* covariance_name = "covariance.npy";
-constexpr double largest = 1e12;  // bounds every number of rig.yaml
 
 // Rounding between a quaternion and the rotation vector in the .cameramodel.
 constexpr double rounding = 1e-9;
 
 std::string description(const Rig& rig) {
-  std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", schema);
+  std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", kRigSchema);
   for (const Sensor& sensor : rig.sensors) {
     text += fmt::format(
         "  - name: {}\n    kind: {}\n    size_px: [{}, {}]\n    lens_model: {}\n    file: {}\n"
@@ -76,7 +76,7 @@ Expected<void> check_rig(const Rig& rig) {
   for (const Sensor& sensor : rig.sensors)
     if (auto sound = check_sensor(sensor, names); !sound) return sound;
   for (const auto& [group, sigma_px] : rig.sigma_px)
-    if (!(sigma_px > 0 && sigma_px < largest)) return fail(fmt::format("sigma of {} is {} px.", group, sigma_px));
+    if (!(sigma_px > 0 && sigma_px < kLargestValue)) return fail(fmt::format("sigma of {} is {} px.", group, sigma_px));
   if (auto sound = check_covariance(rig.covariance); !sound)
     return fail(fmt::format("The rig's covariance is unusable: {}.", sound.error().message));
   return {};
@@ -115,7 +115,7 @@ SensorEntry read_sensor(const YamlValue& value) {
 
 double read_sigma(const YamlValue& value) {
   const double sigma_px = value.positive_number();
-  if (sigma_px >= largest) value.problem(fmt::format("must be below {:g}", largest));
+  if (sigma_px >= kLargestValue) value.problem(fmt::format("must be below {:g}", kLargestValue));
   return sigma_px;
 }
 
@@ -144,7 +144,7 @@ Expected<RigEntries> read_description(const fs::path& file) {
   YamlProblems problems(file.string());
   RigEntries entries;
   YamlMap map = YamlValue(*root, "", &problems).map();
-  if (const auto found = map.require("schema", schema)) found->one_of({schema});
+  if (const auto found = map.require("schema", kRigSchema)) found->one_of({kRigSchema});
   if (const auto units = map.require("units", "{length: mm, angle: rad}")) {
     YamlMap unit_map = units->map();
     if (const auto length = unit_map.require("length", "mm")) length->one_of({"mm"});

@@ -12,7 +12,7 @@
 namespace crumple {
 namespace {
 
-constexpr double furthest_mm = 1e5;
+constexpr double kFurthestFocus_mm = 1e5;
 
 Lens placeholder_lens() { return *Lens::undistorted("LENSMODEL_PINHOLE", {1, 1}, 1, 1, Eigen::Vector2d::Zero()); }
 
@@ -50,7 +50,7 @@ Optics read_optics(YamlMap& map) {
   Optics optics;
   optics.blur_px = number_or(map, "blur_px", optics.blur_px, 0, 20);
   optics.aperture_mm = number_or(map, "aperture_mm", optics.aperture_mm, 0, 200);
-  optics.focus_distance_mm = number_or(map, "focus_distance_mm", optics.focus_distance_mm, 1, furthest_mm);
+  optics.focus_distance_mm = number_or(map, "focus_distance_mm", optics.focus_distance_mm, 1, kFurthestFocus_mm);
   return optics;
 }
 

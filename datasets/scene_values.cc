@@ -7,14 +7,14 @@
 namespace crumple {
 namespace {
 
-constexpr double furthest_mm = 1e5;
+constexpr double kFurthestPosition_mm = 1e5;
 
 }  // namespace
 
 Pose read_place(YamlMap& map) {
   Pose pose;
   if (const auto position = map.find("position_mm")) {
-    pose.translation = read_vector<3>(*position, -furthest_mm, furthest_mm);
+    pose.translation = read_vector<3>(*position, -kFurthestPosition_mm, kFurthestPosition_mm);
   }
   if (const auto rotation = map.find("rotation_deg")) {
     pose.rotation = rotation_from_vector(read_vector<3>(*rotation, -360, 360) * std::numbers::pi / 180);

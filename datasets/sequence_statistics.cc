@@ -14,7 +14,7 @@ constexpr int kPixelBudget = 1'500'000;
 constexpr int kBandRows = 64;
 constexpr int kCorrelationSamples = 60'000;
 constexpr int kEdgesUsed = 4000;  // per frame
-constexpr int kMiddle = 127;      // of the scaled values
+constexpr int kMiddleGrey = 127;  // of the scaled values
 constexpr int kClear = 38;        // a value this far from the middle is clearly lit or dark
 constexpr int kBeside = 1;        // px from the edge's two pixels to where both sides must be clear
 
@@ -78,7 +78,7 @@ cv::Mat1b scaled_to_range(const cv::Mat& image, const cv::Mat1f& low, const cv::
   value = (value - low).mul(gain);
   cv::Mat1b scaled;
   value.convertTo(scaled, CV_8U);
-  cv::min(scaled, 2 * kMiddle, scaled);
+  cv::min(scaled, 2 * kMiddleGrey, scaled);
   return scaled;
 }
 
@@ -90,14 +90,16 @@ struct Edge {
 // Where the frame crosses its middle between two neighbours and is clear on both sides.
 std::vector<Edge> find_edges(const cv::Mat1b& frame, const cv::Mat1b& lit) {
   std::vector<Edge> edges;
-  const auto side = [](int value) { return value > kMiddle + kClear ? 1 : (value < kMiddle - kClear ? -1 : 0); };
+  const auto side = [](int value) {
+    return value > kMiddleGrey + kClear ? 1 : (value < kMiddleGrey - kClear ? -1 : 0);
+  };
   for (const int step : {1, frame.cols}) {
     const bool across_rows = step != 1;
     for (int y = across_rows ? kBeside : 0; y < frame.rows - (across_rows ? 1 + kBeside : 0); ++y) {
       for (int x = across_rows ? 0 : kBeside; x < frame.cols - (across_rows ? 0 : 1 + kBeside); ++x) {
         const int at = y * frame.cols + x;
         const std::uint8_t* value = frame.data + at;
-        if ((value[0] > kMiddle) == (value[step] > kMiddle)) continue;
+        if ((value[0] > kMiddleGrey) == (value[step] > kMiddleGrey)) continue;
         if (side(value[-kBeside * step]) * side(value[(1 + kBeside) * step]) != -1) continue;
         const std::uint8_t* mask = lit.data + at;
         if (mask[-kBeside * step] && mask[0] && mask[step] && mask[(1 + kBeside) * step]) edges.push_back({at, step});
@@ -118,10 +120,10 @@ void measure_along_edges(std::size_t c, SequenceStatistics& statistics) {
     std::int64_t count = 0;
     for (std::size_t i = 0; i < edges.size(); i += stride, ++count) {
       const std::uint8_t* value = statistics.scaled[b].data + edges[i].at;
-      sum += value[0] + value[edges[i].beside] - 2 * kMiddle;
+      sum += value[0] + value[edges[i].beside] - 2 * kMiddleGrey;
     }
     statistics.along_edges(static_cast<int>(c), static_cast<int>(b)) =
-        static_cast<double>(sum) / (2.0 * kMiddle * static_cast<double>(count));
+        static_cast<double>(sum) / (2.0 * kMiddleGrey * static_cast<double>(count));
   }
 }
 
@@ -138,7 +140,7 @@ std::vector<std::vector<std::int16_t>> lit_samples(const SequenceStatistics& sta
   for (std::size_t f = 0; f < samples.size(); ++f) {
     if (statistics.scaled[f].empty()) continue;
     for (const int offset : offsets) {
-      samples[f].push_back(static_cast<std::int16_t>(statistics.scaled[f].data[offset] - kMiddle));
+      samples[f].push_back(static_cast<std::int16_t>(statistics.scaled[f].data[offset] - kMiddleGrey));
     }
   }
   return samples;
@@ -161,7 +163,7 @@ void measure_values(SequenceStatistics& statistics) {
       dark += value < 0 ? 1 : 0;
     }
     const auto count = static_cast<double>(samples[a].size());
-    statistics.amplitude[a] = static_cast<double>(total) / (kMiddle * count);
+    statistics.amplitude[a] = static_cast<double>(total) / (kMiddleGrey * count);
     statistics.dark_share[a] = static_cast<double>(dark) / count;
     for (std::size_t b = 0; b <= a; ++b) {
       if (samples[b].empty()) continue;
@@ -203,7 +205,7 @@ SequenceStatistics sequence_statistics(const std::vector<cv::Mat>& images, int o
   // Nothing may seem to run on from one band to the next.
   for (std::size_t i = 1; i < rows.size(); ++i) statistics.lit.row(static_cast<int>(i) * kBandRows - 1).setTo(0);
 
-  const cv::Mat1f gain(2.0 * kMiddle / cv::max(contrast, 1.0));
+  const cv::Mat1f gain(2.0 * kMiddleGrey / cv::max(contrast, 1.0));
   for (std::size_t f = 0; f < count; ++f) {
     if (!parts[f].empty()) statistics.scaled[f] = scaled_to_range(parts[f], low, gain);
   }

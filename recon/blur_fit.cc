@@ -12,9 +12,9 @@ namespace crumple {
 namespace {
 
 constexpr int kBlurParameters = 4;
-constexpr int kIterations = 6;
+constexpr int kBlurIterations = 6;
 // Reach of the grid around the whole-stripe code: one bit that flipped in noise costs one stripe.
-constexpr double kReach = 2;
+constexpr double kPhaseReach = 2;
 constexpr std::size_t kGlobalSample = 2500;
 constexpr int kLevels = 25;
 constexpr int kLevelStep = 2;  // of the search; a parabola finds the rest
@@ -51,7 +51,7 @@ class GlobalFit {
 
   Estimate run() {
     Estimate estimate = best_start();
-    for (int i = 0; i < kIterations && !pixels_.empty(); ++i) step(estimate);
+    for (int i = 0; i < kBlurIterations && !pixels_.empty(); ++i) step(estimate);
     return estimate;
   }
 
@@ -65,7 +65,7 @@ class GlobalFit {
     std::vector<double> squares;
     fits_.clear();
     for (const PixelSignal& p : pixels_) {
-      fits_.push_back(fit_stripe(e.table, e.offsets, p.differences, p.start, kReach));
+      fits_.push_back(fit_stripe(e.table, e.offsets, p.differences, p.start, kPhaseReach));
       if (fits_.back().gain > 0) squares.push_back(relative_squares(fits_.back()));
     }
     const double middle = median(std::move(squares));
@@ -166,7 +166,7 @@ std::vector<double> squares_at(const StripeModel& model, int level, const std::v
   std::vector<double> squares;
   for (const PixelSignal* p : pixels) {
     const StripeFit fit =
-        fit_stripe(model.tables[static_cast<std::size_t>(level)], model.offsets, p->differences, p->start, kReach);
+        fit_stripe(model.tables[static_cast<std::size_t>(level)], model.offsets, p->differences, p->start, kPhaseReach);
     squares.push_back(fit.gain > 0 ? relative_squares(fit) : std::numeric_limits<double>::infinity());
   }
   return squares;

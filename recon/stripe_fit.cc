@@ -11,7 +11,7 @@ namespace {
 constexpr double kConverged = 1e-4;
 constexpr double kLongestStep = 0.3;
 constexpr double kGridStep = 0.5;
-constexpr int kIterations = 12;
+constexpr int kFitIterations = 12;
 // Beyond the panel there is no signal at all; keeps the gain finite there.
 constexpr float kNoSignal = 1e-12F;
 
@@ -65,7 +65,7 @@ StripeFit fit_stripe(const StripeTable& table, const BitVector& offsets, const B
                      double reach) {
   double u = reach > 0 ? best_on_grid(table, offsets, differences, start, reach) : start;
   Normal n = normal_equations(table, offsets, differences, u);
-  for (int i = 0; i < kIterations && n.determinant() > 0; ++i) {
+  for (int i = 0; i < kFitIterations && n.determinant() > 0; ++i) {
     const double step = (n.value_value * n.slope_residual - n.slope_value * n.value_residual) / n.determinant();
     u += std::clamp(step, -kLongestStep, kLongestStep);
     n = normal_equations(table, offsets, differences, u);

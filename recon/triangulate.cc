@@ -8,7 +8,7 @@
 namespace crumple {
 namespace {
 
-constexpr int kIterations = 20;
+constexpr int kPlaneIterations = 20;
 constexpr double kTolerance_px = 1e-10;
 // A coordinate that changes by less over the whole depth range of a scene is no depth measurement.
 constexpr double kLeastRate_px = 1e-3;  // per doubling of depth
@@ -39,7 +39,7 @@ std::optional<StripeDepth> StripeTriangulator::operator()(const Eigen::Vector3d&
   const Eigen::Vector3d direction = rotation_ * ray;
   double depth = plane_depth(ray, coordinate_px);
   if (!std::isfinite(depth) || depth <= 0) return std::nullopt;
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < kPlaneIterations; ++i) {
     const Eigen::Vector3d point = depth * direction + translation_;
     const auto projection = depth > 0 ? projector_.project_with_gradients(point) : std::nullopt;
     if (!projection) return std::nullopt;

@@ -280,6 +280,16 @@ std::string group_name(const Rig& rig, std::size_t sensor, View::Kind kind) {
   return fmt::format("{}.{}", rig.sensors[sensor].name, name_of(kind));
 }
 
+namespace {
+
+bool has_prior(const BlockId& block, const std::vector<Prior>& priors) {
+  return std::any_of(priors.begin(), priors.end(), [&](const Prior& prior) {
+    return std::find(prior.blocks().begin(), prior.blocks().end(), block) != prior.blocks().end();
+  });
+}
+
+}  // namespace
+
 Expected<BundleResult> refine(const CalibrationState& start, const Observations& observations,
                               const BundleOptions& options) {
   const Views views = make_views(observations, start.board_of);
@@ -288,7 +298,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   held.insert({BlockId::Kind::mount, 0});
   for (std::size_t b = 0; b < start.boards.size(); ++b) {
     if (!options.estimate_warp) held.insert({BlockId::Kind::warp, b});
-    held.insert({BlockId::Kind::scale, b});
+    if (!has_prior({BlockId::Kind::scale, b}, options.priors)) held.insert({BlockId::Kind::scale, b});
   }
   const Parameters parameters(state, views, held);
   std::vector<ViewWeights> weights;

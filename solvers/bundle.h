@@ -15,7 +15,7 @@
 // already and never outliers. Weak ones name what the observations leave undetermined.
 //
 // Groups are formed by sensor and kind of observation: "cam0.corners", "proj0.stripes", "cam0.features".
-// Gauge: the reference sensor (the first) has its mount held.
+// Gauge: the reference sensor (the first) has its mount held; the scale of a board is estimated where a prior tells it.
 #pragma once
 
 #include <cstddef>

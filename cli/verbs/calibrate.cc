@@ -83,7 +83,7 @@ std::string explained(const std::string& message, const Capture& capture, const 
   return text;
 }
 
-Expected<VerbResult> run(const VerbContext& context) {
+Expected<VerbResult> run_calibrate(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
   const auto options = options_from_flags();
   if (!options) return usage_error(options.error().message);
@@ -160,7 +160,7 @@ Verb calibrate_verb() {
           .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate",
                     "overlays", "truth", "threads", "overwrite", "json"},
           .required = {"out"},
-          .run = run};
+          .run = run_calibrate};
 }
 
 }  // namespace crumple

@@ -24,7 +24,7 @@ std::size_t count(const std::vector<Finding>& findings, Severity severity) {
                                                 [&](const Finding& finding) { return finding.severity == severity; }));
 }
 
-Expected<VerbResult> run(const VerbContext& context) {
+Expected<VerbResult> run_check(const VerbContext& context) {
   std::vector<Finding> findings;
   const auto bag = bag_of(context.inputs.front());
   if (bag) findings = check_bag(*bag);
@@ -76,7 +76,7 @@ Verb check_verb() {
           .max_inputs = 1,
           .flags = {"images", "json"},
           .required = {},
-          .run = run};
+          .run = run_check};
 }
 
 }  // namespace crumple

@@ -23,7 +23,7 @@ std::vector<std::string> files_in(const std::filesystem::path& folder) {
   return names;
 }
 
-Expected<VerbResult> run(const VerbContext& context) {
+Expected<VerbResult> run_export(const VerbContext& context) {
   const auto format = rig_format(FLAGS_format);
   if (!format) return usage_error("--format: " + format.error().message);
   const auto unit_mm = unit_from_flag(*format);
@@ -71,7 +71,7 @@ Verb export_verb() {
           .max_inputs = 1,
           .flags = {"format", "out", "unit", "overwrite", "json"},
           .required = {"format", "out"},
-          .run = run};
+          .run = run_export};
 }
 
 }  // namespace crumple

@@ -48,7 +48,7 @@ nlohmann::json sensors_json(const Rig& rig) {
   return sensors;
 }
 
-Expected<VerbResult> run(const VerbContext& context) {
+Expected<VerbResult> run_import(const VerbContext& context) {
   const auto format = rig_format(FLAGS_format);
   if (!format) return usage_error("--format: " + format.error().message);
   const auto unit_mm = unit_from_flag(*format);
@@ -91,7 +91,7 @@ Verb import_verb() {
       .max_inputs = kMostFiles,
       .flags = {"format", "out", "unit", "overwrite", "json"},
       .required = {"format", "out"},
-      .run = run};
+      .run = run_import};
 }
 
 }  // namespace crumple

@@ -139,7 +139,7 @@ Expected<VerbResult> draw_board(const VerbContext& context) {
   return result;
 }
 
-Expected<VerbResult> run(const VerbContext& context) {
+Expected<VerbResult> run_patterns(const VerbContext& context) {
   return FLAGS_board ? draw_board(context) : draw_stripes_for_projector(context);
 }
 
@@ -181,7 +181,7 @@ Verb patterns_verb() {
                     "overwrite",
                     "json"},
           .required = {"out"},
-          .run = run};
+          .run = run_patterns};
 }
 
 }  // namespace crumple

@@ -245,7 +245,7 @@ Expected<void> refuse_if_all_failed(const Reconstruction& reconstruction) {
   return fail(sentence);
 }
 
-Expected<VerbResult> run(const VerbContext& context) {
+Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
   const auto choices = choices_from_flags();
   if (!choices) return usage_error(choices.error().message);
@@ -314,7 +314,7 @@ Verb reconstruct_verb() {
       .max_inputs = 1,
       .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "truth", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
-      .run = run};
+      .run = run_reconstruct};
 }
 
 }  // namespace crumple

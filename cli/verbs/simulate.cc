@@ -62,7 +62,7 @@ nlohmann::json summary_json(const Scene& scene, std::size_t images, double secon
           {"seconds", seconds}};
 }
 
-Expected<VerbResult> run(const VerbContext& context) {
+Expected<VerbResult> run_simulate(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
   if (FLAGS_seed < -1) return usage_error(fmt::format("--seed={} is below 0.", FLAGS_seed));
   const std::filesystem::path file = context.inputs.front();
@@ -117,7 +117,7 @@ Verb simulate_verb() {
           .max_inputs = 1,
           .flags = {"out", "stations", "seed", "bag", "depth_maps", "threads", "overwrite", "json"},
           .required = {"out"},
-          .run = run};
+          .run = run_simulate};
 }
 
 }  // namespace crumple

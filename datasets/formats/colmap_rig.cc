@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "datasets/formats/foreign_rig.h"
+#include "datasets/limits.h"
 #include "datasets/output_folder.h"
 
 namespace crumple {
@@ -18,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kHalfPixel = 0.5;
-constexpr double kLargest = 1e12;  // keeps what is computed from a number finite
 constexpr double kUnitLength = 1e-4;
 
 std::string pose_text(const Pose& pose) {
@@ -88,7 +88,7 @@ class Line {
     const std::string text = word();
     double value = 0;
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failure == std::errc() && end == text.data() + text.size() && std::abs(value) <= kLargest) return value;
+    if (failure == std::errc() && end == text.data() + text.size() && std::abs(value) <= kLargestValue) return value;
     broken_ = true;
     return 0;
   }

@@ -1,9 +1,11 @@
 // COLMAP's sparse model as text (its documentation, "Output Format"): one frame of one rig, without points.
 //
 //   cameras.txt   CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]
-//   rigs.txt      RIG_ID NUM_SENSORS CAMERA REF_ID, then CAMERA ID 1 QW QX QY QZ TX TY TZ (sensor_from_rig) for the
-//   others frames.txt    FRAME_ID RIG_ID RIG_FROM_WORLD[7] NUM_DATA_IDS (CAMERA CAMERA_ID IMAGE_ID)[] images.txt    two
-//   lines per image: IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and its points: none points3D.txt  empty
+//   rigs.txt      RIG_ID NUM_SENSORS CAMERA REF_ID, then for each other
+//                 CAMERA ID 1 QW QX QY QZ TX TY TZ (sensor_from_rig)
+//   frames.txt    FRAME_ID RIG_ID RIG_FROM_WORLD[7] NUM_DATA_IDS (CAMERA CAMERA_ID IMAGE_ID)[]
+//   images.txt    per image IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and a line of its points: none
+//   points3D.txt  empty
 //
 // COLMAP counts pixels from the image's corner, so the centre of the first pixel is (0.5, 0.5): principal points are
 // half a pixel larger there. Images are named CAMERA/0000.png, as its rigs want them. Holds LENSMODEL_PINHOLE

@@ -8,23 +8,26 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <opencv2/core.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "datasets/limits.h"
 
 namespace crumple {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLargest = 1e12;       // of numbers, as in rig.yaml and .cameramodel
-constexpr int kLargestSide_px = 65500;  // of images, likewise
+constexpr int kLargestSide_px = 65500;  // of images, as in rig.yaml
 constexpr double kRounding = 1e-4;      // of rotation matrices that people print to four digits and copy
 
 Expected<void> check_bounds(const Sensor& sensor) {
-  const auto beyond = [](double value) { return !(std::abs(value) <= kLargest); };
+  const auto beyond = [](double value) { return !(std::abs(value) <= kLargestValue); };
   const std::vector<double>& parameters = sensor.lens.parameters();
   const Eigen::Vector3d& translation = sensor.sensor_from_probe.translation;
   if (std::any_of(parameters.begin(), parameters.end(), beyond) ||
       std::any_of(translation.begin(), translation.end(), beyond)) {
-    return fail(fmt::format("{} has a number beyond {:g}", sensor.name, kLargest));
+    return fail(fmt::format("{} has a number beyond {:g}", sensor.name, kLargestValue));
   }
   const ImageSize size = sensor.lens.size();
   if (std::max(size.width_px, size.height_px) > kLargestSide_px) {
@@ -64,6 +67,12 @@ Eigen::Matrix3d camera_matrix(const Lens& lens) {
 
 std::vector<double> distortion_terms(const Lens& lens) {
   return {lens.parameters().begin() + 4, lens.parameters().end()};
+}
+
+cv::Mat to_mat(const Eigen::MatrixXd& matrix) {
+  cv::Mat result;
+  cv::eigen2cv(matrix, result);
+  return result;
 }
 
 Expected<Pose> pose_from_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
 
 #include "solvers/expected.h"
 #include "solvers/rig.h"
@@ -21,6 +22,8 @@ Expected<Lens> lens_from_opencv(ImageSize size, const Eigen::Matrix3d& camera_ma
 bool is_opencv_lens(const Lens& lens);
 Eigen::Matrix3d camera_matrix(const Lens& lens);
 std::vector<double> distortion_terms(const Lens& lens);
+
+cv::Mat to_mat(const Eigen::MatrixXd& matrix);
 
 // The pose of a rotation matrix that may be rounded: fails where it is off a rotation by more than 1e-4.
 Expected<Pose> pose_from_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation);

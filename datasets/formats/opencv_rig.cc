@@ -5,23 +5,15 @@
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/core/eigen.hpp>
 
 #include "datasets/formats/foreign_rig.h"
+#include "datasets/limits.h"
 #include "datasets/output_folder.h"
 
 namespace crumple {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kLargestImage_px = 1000000;
-
-cv::Mat to_mat(const Eigen::MatrixXd& matrix) {
-  cv::Mat result;
-  cv::eigen2cv(matrix, result);
-  return result;
-}
 
 std::string sensor_text(const Sensor& sensor) {
   cv::FileStorage storage(".yml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY);

@@ -8,6 +8,7 @@
 
 #include "datasets/formats/foreign_rig.h"
 #include "datasets/formats/yaml_matrix.h"
+#include "datasets/limits.h"
 #include "datasets/output_folder.h"
 #include "datasets/yaml_reader.h"
 
@@ -19,7 +20,6 @@ namespace fs = std::filesystem;
 using Matrix34 = Eigen::Matrix<double, 3, 4>;
 
 constexpr double kMmPerM = 1000;
-constexpr int kLargestImage_px = 1000000;
 
 // R and P of one camera. P's last column is in px m.
 struct Rectification {
@@ -30,12 +30,6 @@ struct Rectification {
 Rectification unrectified(const Lens& lens) {
   Rectification result;
   result.projection.leftCols<3>() = camera_matrix(lens);
-  return result;
-}
-
-cv::Mat to_mat(const Eigen::MatrixXd& matrix) {
-  cv::Mat result;
-  cv::eigen2cv(matrix, result);
   return result;
 }
 

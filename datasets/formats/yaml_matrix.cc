@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
+#include "datasets/limits.h"
+
 namespace crumple {
 namespace {
 
-constexpr double kLargest = 1e12;  // keeps what is computed from a number finite
-constexpr double kLargestImage_px = 1e6;
 constexpr int kMostTerms = 100;
 
 }  // namespace
@@ -20,7 +20,7 @@ std::vector<double> read_row(const YamlValue& value, std::size_t count) {
     value.problem(fmt::format("must be a list of {} numbers", count));
     return numbers;
   }
-  for (std::size_t i = 0; i < count; ++i) numbers[i] = items[i].number(-kLargest, kLargest);
+  for (std::size_t i = 0; i < count; ++i) numbers[i] = items[i].number(-kLargestValue, kLargestValue);
   return numbers;
 }
 

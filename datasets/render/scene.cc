@@ -72,13 +72,13 @@ cv::Mat projector_image(const Scene& scene, const FrameContent& frame) {
 namespace {
 
 // One camera and one placement, in the board's frame.
-struct View {
+struct SensorView {
   const Surface& surface;
   const Lens& lens;
   Pose sensor_from_surface;
   Pose surface_from_sensor;
 
-  View(const Surface& seen, const Sensor& sensor, const Pose& probe_from_surface)
+  SensorView(const Surface& seen, const Sensor& sensor, const Pose& probe_from_surface)
       : surface(seen),
         lens(sensor.lens),
         sensor_from_surface(sensor.sensor_from_probe * probe_from_surface),
@@ -103,7 +103,7 @@ struct View {
   }
 };
 
-CornerView corners_seen(const Board& board, const View& camera) {
+CornerView corners_seen(const Board& board, const SensorView& camera) {
   CornerView view;
   for (int index = 0; index < board.point_count(); ++index) {
     if (const std::optional<Eigen::Vector2d> pixel = camera.pixel_of(board.point(index))) {
@@ -120,7 +120,7 @@ struct Matches {
   std::vector<Eigen::Vector2d> projector_pixels;
 };
 
-Matches matches_on_grid(const View& camera, const View& projector, int step_px) {
+Matches matches_on_grid(const SensorView& camera, const SensorView& projector, int step_px) {
   Matches matches;
   for (int y = step_px / 2; y < camera.lens.size().height_px; y += step_px) {
     for (int x = step_px / 2; x < camera.lens.size().width_px; x += step_px) {
@@ -135,7 +135,8 @@ Matches matches_on_grid(const View& camera, const View& projector, int step_px) 
   return matches;
 }
 
-FeatureView features_seen(const ProjectedChessboard& chessboard, const View& camera, const View& projector) {
+FeatureView features_seen(const ProjectedChessboard& chessboard, const SensorView& camera,
+                          const SensorView& projector) {
   FeatureView view;
   for (int row = 0; row < chessboard.rows; ++row) {
     for (int column = 0; column < chessboard.columns; ++column) {
@@ -161,14 +162,14 @@ Observations ideal_observations(const Scene& scene, int grid_step_px) {
     if (!station.board) continue;
     const std::size_t placement = observations.placement_count++;
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-      const View camera(*scene.board, scene.cameras[i].sensor, station.probe_from_surface);
+      const SensorView camera(*scene.board, scene.cameras[i].sensor, station.probe_from_surface);
       CornerView corners = corners_seen(scene.board->board(), camera);
       corners.sensor = i;
       corners.placement = placement;
       observations.corners.push_back(std::move(corners));
       if (!scene.projector) continue;
 
-      const View projector(*scene.board, scene.projector->sensor, station.probe_from_surface);
+      const SensorView projector(*scene.board, scene.projector->sensor, station.probe_from_surface);
       const Matches matches = matches_on_grid(camera, projector, grid_step_px);
       for (const StripeOrientation& orientation : scene.orientations) {
         StripeView stripes{i, projector_index, placement, orientation.normal(), matches.camera_pixels, {}};

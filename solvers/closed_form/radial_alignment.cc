@@ -13,8 +13,8 @@ namespace crumple {
 namespace {
 
 constexpr std::size_t kMinimumPoints = 6;
-constexpr double kAmbiguous = 1e-9;  // of the largest eigenvalue: points on a line
-constexpr double kParallel = 1e-8;   // of the equilibrated system's largest eigenvalue
+constexpr double kAmbiguous = 1e-9;    // of the largest eigenvalue: points on a line
+constexpr double kNoDistances = 1e-8;  // of the equilibrated system's largest eigenvalue
 constexpr int kRounds = 5;
 
 using Terms = Eigen::Vector3d;  // of g
@@ -106,7 +106,7 @@ std::optional<Terms> solve_terms(const std::vector<Aligned>& views) {
   const Eigen::Vector3d scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return std::nullopt;
   const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * matrix * scale.asDiagonal());
-  if (!(eigen.values[0] > kParallel * eigen.values[2])) return std::nullopt;
+  if (!(eigen.values[0] > kNoDistances * eigen.values[2])) return std::nullopt;
   return Terms(solve_symmetric(matrix, right));
 }
 

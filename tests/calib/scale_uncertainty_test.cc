@@ -46,8 +46,11 @@ TEST(ScaleUncertainty, ABaselineHoldsTheCertificates) {
   const Rig known = calibrated_rig(calibration);
   const double baseline = known.sensors[1].sensor_from_probe.translation.norm();
   EXPECT_NEAR(baseline_sigma(known), std::hypot(baseline_sigma(unknown), 0.002 * baseline), 1e-9 * baseline);
-  EXPECT_EQ(known.covariance.names.back(), "scale");
-  EXPECT_NEAR(std::sqrt(known.covariance.matrix.bottomRightCorner<1, 1>()(0, 0)), 0.002, 1e-15);
+  const auto& names = known.covariance.names;
+  const auto row = std::find(names.begin(), names.end(), "board.scale") - names.begin();
+  ASSERT_LT(row, known.covariance.matrix.rows());
+  EXPECT_NEAR(std::sqrt(known.covariance.matrix(row, row)), 0.002, 1e-12);
+  EXPECT_NEAR(calibration.scale->relative, 0.002, 1e-12);
 }
 
 // That nothing else moves with the scale, by measuring with a board that is larger by a thousandth.
@@ -75,7 +78,7 @@ TEST(ScaleUncertainty, TemperatureEntersScaleAndUncertainty) {
   const ScalePrior warm = scale_prior(certificate, 50, Temperature{30, 2});
   EXPECT_NEAR(warm.scale, 1.0001, 1e-15);
   // Pitch 2e-5, temperature 1e-5 * 2, expansion 10 * 1e-6.
-  EXPECT_NEAR(warm.sigma, 1e-5 * std::sqrt(4.0 + 4 + 1), 1e-15);
+  EXPECT_NEAR(warm.sigma(), 1e-5 * std::sqrt(4.0 + 4 + 1), 1e-15);
   EXPECT_EQ(missing_in(certificate, Temperature{30, 2}), "");
   EXPECT_THAT(missing_in(certificate, {}), testing::HasSubstr("temperature"));
   EXPECT_THAT(missing_in(BoardCertificate{.pitch_sigma_mm = 1}, {}), testing::HasSubstr("expansion"));
@@ -90,12 +93,57 @@ TEST(ScaleUncertainty, TemperatureEntersScaleAndUncertainty) {
   EXPECT_NEAR(hot / cold, 1.001, 1e-8);
 }
 
-TEST(ScaleUncertainty, OneBoardWithoutACertificateLeavesItUnknown) {
-  const BoardSpec sure{"a", {9, 6, 25}, BoardCertificate{.pitch_sigma_mm = 0.01}};
-  const BoardSpec surer{"b", {9, 6, 25}, BoardCertificate{.pitch_sigma_mm = 0.005}};
-  const BoardSpec unsure{"c", {9, 6, 25}, {}};
-  EXPECT_NEAR(scale_uncertainty({sure, surer, unsure}, {0, 1, 1}, {})->relative, 4e-4, 1e-15);
-  EXPECT_FALSE(scale_uncertainty({sure, surer, unsure}, {0, 1, 2}, {}));
+// The first half of the placements is of the first board; the second board's true pitch is larger by 0.1 % than stated.
+CalibrationData of_two_boards(std::optional<BoardCertificate> first, std::optional<BoardCertificate> second) {
+  CalibrationData data = noisy_data();
+  BoardSpec other = data.boards[0];
+  data.boards[0].certificate = first;
+  other.name = "other";
+  other.certificate = second;
+  other.target.pitch_mm /= 1.001;
+  data.boards.push_back(other);
+  for (std::size_t p = data.board_of.size() / 2; p < data.board_of.size(); ++p) data.board_of[p] = 1;
+  return data;
+}
+
+// The baseline ties the boards: its certificate tells the scale, and the images the other board's.
+TEST(ScaleUncertainty, ABoardWithACertificateTellsTheOthersSize) {
+  const CalibrationData data = of_two_boards(BoardCertificate{.pitch_sigma_mm = 0.0004}, {});
+  const Calibration calibration = calibrate(data, {.warp = WarpChoice::off}).value();
+  const CalibrationState& state = calibration.bundle.state;
+  const double sigma = std::sqrt(calibration.bundle.covariance.of({{BlockId::Kind::scale, 1}}, state)(0, 0));
+  EXPECT_GT(sigma, 1e-5);
+  EXPECT_LT(sigma, 5e-4);
+  EXPECT_NEAR(state.boards[1].scale, 1.001, 3 * sigma);
+  EXPECT_NEAR(state.boards[0].scale, 1, 1e-5);
+  EXPECT_NEAR(calibration.scale->relative, sigma, 1e-12);
+}
+
+// Two certificates that differ by 0.1 %, both of 0.05 %: each gives way by half.
+TEST(ScaleUncertainty, CertificatesAreWeighedAgainstEachOther) {
+  const BoardCertificate certificate{.pitch_sigma_mm = 0.02};
+  const Calibration calibration = calibrate(of_two_boards(certificate, certificate), {.warp = WarpChoice::off}).value();
+  const CalibrationState& state = calibration.bundle.state;
+  const double sigma = std::sqrt(calibration.bundle.covariance.of({{BlockId::Kind::scale, 0}}, state)(0, 0));
+  EXPECT_NEAR(state.boards[0].scale, 0.9995, 2e-4);
+  EXPECT_NEAR(state.boards[1].scale, 1.0005, 2e-4);
+  EXPECT_NEAR(sigma, 0.0005 / std::sqrt(2), 2e-5);
+}
+
+TEST(ScaleUncertainty, TheTemperatureErrsForAllBoardsAlike) {
+  const BoardCertificate certificate{
+      .pitch_sigma_mm = 1e-5, .temperature_c = 20, .expansion_per_k = 1e-5, .expansion_sigma_per_k = 0};
+  CalibrationData data = of_two_boards(certificate, certificate);
+  data.boards[1].target = data.boards[0].target;
+  data.temperature = Temperature{20, 20};
+  const Calibration calibration = calibrate(data, {.warp = WarpChoice::off}).value();
+  EXPECT_NEAR(calibration.scale->relative, 2e-4, 1e-6);  // not over sqrt(2)
+}
+
+TEST(ScaleUncertainty, WithoutAnyCertificateItIsUnknown) {
+  const Calibration calibration = calibrate(of_two_boards({}, {}), {.warp = WarpChoice::off}).value();
+  EXPECT_FALSE(calibration.scale);
+  EXPECT_EQ(calibration.bundle.state.boards[1].scale, 1);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace crumple {
 namespace {
 
-const StripeOrientation kColumns{.bits = 7};
+const StripeOrientation kSevenBits{.bits = 7};
 
 std::vector<StripeCrossing> crossings(const StripeImages& images) {
   const auto decoded = decode_stripes(images, 0, lit_mask(images, {}), {});
@@ -20,7 +20,7 @@ std::vector<StripeCrossing> crossings(const StripeImages& images) {
 // How far the true boundary is from the crossing, in camera pixels along its direction.
 double error_px(const StripeScene& scene, const StripeCrossing& c) {
   const auto coordinate = [&](const Eigen::Vector2d& p) {
-    return kColumns.normal().dot(scene.projector_from_camera(p));
+    return kSevenBits.normal().dot(scene.projector_from_camera(p));
   };
   const double s = coordinate(c.camera_pixel);
   return (c.coordinate_px - s) / (coordinate(c.camera_pixel + c.direction) - s);
@@ -33,7 +33,7 @@ bool near_border(const StripeScene& scene, const StripeCrossing& c) {
 
 TEST(StripeEdges, LieOnTheTrueBoundaries) {
   const StripeScene scene;
-  const auto found = crossings(render_stripes(scene, {kColumns}));
+  const auto found = crossings(render_stripes(scene, {kSevenBits}));
   EXPECT_GT(found.size(), 70U * 120U);
   double squares = 0;
   int n = 0;
@@ -52,7 +52,7 @@ TEST(StripeEdges, PredictedSigmaIsTheScatterThatNoiseAdds) {
   scene.noise = 4;
   double standardised = 0;
   int n = 0;
-  for (const StripeCrossing& c : crossings(render_stripes(scene, {kColumns}))) {
+  for (const StripeCrossing& c : crossings(render_stripes(scene, {kSevenBits}))) {
     if (near_border(scene, c) || c.direction.x() == 0) continue;
     standardised += std::pow(error_px(scene, c) / c.sigma_px, 2);
     ++n;
@@ -66,7 +66,7 @@ TEST(StripeEdges, NoneAcrossAPrintedEdge) {
   scene.reflectance = cv::Mat(4 * scene.camera.height, 4 * scene.camera.width, CV_32F, cv::Scalar(1));
   scene.reflectance.colRange(4 * 80, scene.reflectance.cols) = 0.6F;
   int far_away = 0;
-  for (const StripeCrossing& c : crossings(render_stripes(scene, {kColumns}))) {
+  for (const StripeCrossing& c : crossings(render_stripes(scene, {kSevenBits}))) {
     EXPECT_FALSE(c.direction.x() > 0 && std::abs(c.camera_pixel.x() - 79.5) < 0.5);
     if (c.camera_pixel.x() > 90) ++far_away;
   }
