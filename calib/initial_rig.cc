@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "solvers/closed_form/board_pose.h"
 #include "solvers/closed_form/homography.h"
 #include "solvers/closed_form/radial_alignment.h"
 #include "solvers/closed_form/resection.h"
@@ -75,60 +76,75 @@ std::optional<CameraStart> pinhole_start(const CameraViews& camera, const Pinhol
 
 using Poses = std::vector<std::optional<Pose>>;
 
-// One focal length and `radial` terms of distortion, linear in f, f k1, f k2, f k3 where the poses are known.
-std::optional<Lens> fit_lens(const CameraViews& camera, const Poses& poses, int radial) {
+// A radial distortion that is linear in its terms once the poses are known: for a slope q of length r and the pixel u
+// about the middle, u (1 + k4 r^2 + ...) = f q (1 + k1 r^2 + ...).
+struct RadialForm {
+  std::vector<std::size_t> numerator;    // which of k1 k2 k3 among the lens's parameters
+  std::vector<std::size_t> denominator;  // of k4 k5 k6
+};
+
+std::vector<RadialForm> radial_forms(const std::string& model) {
+  std::vector<RadialForm> forms = {{}};
+  if (model.rfind("LENSMODEL_OPENCV", 0) != 0) return forms;
+  forms.push_back({{4}, {}});
+  forms.push_back({{4, 5}, {}});
+  if (model == "LENSMODEL_OPENCV4") return forms;
+  forms.push_back({{4, 5, 8}, {}});
+  if (model == "LENSMODEL_OPENCV5") return forms;
+  // As many below as above: these do not fold far out.
+  forms.push_back({{4}, {9}});
+  forms.push_back({{4, 5}, {9, 10}});
+  forms.push_back({{4, 5, 8}, {9, 10, 11}});
+  return forms;
+}
+
+// With one focal length about the image's middle.
+std::optional<Lens> fit_lens(const CameraViews& camera, const Poses& poses, const RadialForm& form) {
   const auto unit = Lens::undistorted(camera.spec.lens_model, camera.spec.size, 1, 1, Eigen::Vector2d::Zero());
   if (!unit) return std::nullopt;
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(1 + radial, 1 + radial);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(1 + radial);
+  const auto above = static_cast<Eigen::Index>(form.numerator.size());
+  const auto below = static_cast<Eigen::Index>(form.denominator.size());
+  const Eigen::Index count = 1 + above + below;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
   for (std::size_t v = 0; v < poses.size(); ++v) {
     if (!poses[v]) continue;
     for (std::size_t i = 0; i < camera.points[v].pixels.size(); ++i) {
       const Eigen::Vector2d& p = camera.points[v].plane_mm[i];
       const auto slope = unit->project(*poses[v] * Eigen::Vector3d(p.x(), p.y(), 0));
       if (!slope) continue;
-      Eigen::VectorXd powers(1 + radial);
-      for (int k = 0; k <= radial; ++k) powers[k] = std::pow(slope->squaredNorm(), k);
-      normal += slope->squaredNorm() * powers * powers.transpose();
-      right += slope->dot(camera.points[v].pixels[i] - camera.middle()) * powers;
+      const Eigen::Vector2d u = camera.points[v].pixels[i] - camera.middle();
+      const double square = slope->squaredNorm();
+      Eigen::Matrix2Xd row(2, count);
+      for (Eigen::Index k = 0; k <= above; ++k) row.col(k) = std::pow(square, k) * *slope;
+      for (Eigen::Index k = 1; k <= below; ++k) row.col(above + k) = -std::pow(square, k) * u;
+      // About what the denominator multiplies a pixel's error by.
+      const double weight = std::pow(1 + square, -2 * below);
+      normal += weight * row.transpose() * row;
+      right += weight * row.transpose() * u;
     }
   }
   const Eigen::VectorXd solution = solve_symmetric(normal, right);
   const double focal = solution[0];
   auto lens = Lens::undistorted(camera.spec.lens_model, camera.spec.size, focal, focal, camera.middle());
-  if (!lens) return std::nullopt;
+  if (!lens || !solution.allFinite()) return std::nullopt;
   std::vector<double> parameters = lens->parameters();
-  constexpr std::array<std::size_t, 3> kRadial = {4, 5, 8};  // k1 k2 k3
-  for (int k = 0; k < radial; ++k) parameters[kRadial[static_cast<std::size_t>(k)]] = solution[1 + k] / focal;
+  for (Eigen::Index k = 1; k <= above; ++k) {
+    parameters[form.numerator[static_cast<std::size_t>(k - 1)]] = solution[k] / focal;
+  }
+  for (Eigen::Index k = 1; k <= below; ++k) {
+    parameters[form.denominator[static_cast<std::size_t>(k - 1)]] = solution[above + k];
+  }
   return lens->with_parameters(parameters);
 }
 
-// Terms of OpenCV's polynomial that the model has.
-int radial_terms(const std::string& model) {
-  if (model == "LENSMODEL_OPENCV4") return 2;
-  return model.rfind("LENSMODEL_OPENCV", 0) == 0 ? 3 : 0;
-}
-
-// The pose of a board whose corners' rays are known.
-std::optional<Pose> pose_by_rays(const Lens& lens, const PlaneView& view) {
-  Points2d plane, slopes;
-  for (std::size_t i = 0; i < view.pixels.size(); ++i) {
-    const auto ray = lens.ray(view.pixels[i]);
-    if (!ray || ray->z() <= 0) continue;
-    plane.push_back(view.plane_mm[i]);
-    slopes.emplace_back(ray->hnormalized());
-  }
-  const auto slopes_from_plane = homography(plane, slopes);
-  if (!slopes_from_plane) return std::nullopt;
-  return plane_pose(*slopes_from_plane, Eigen::Matrix3d::Identity());
-}
-
-std::optional<CameraStart> radial_start(const CameraViews& camera, const Poses& poses, int radial) {
-  auto lens = fit_lens(camera, poses, radial);
+std::optional<CameraStart> radial_start(const CameraViews& camera, const Poses& poses, const RadialForm& form) {
+  auto lens = fit_lens(camera, poses, form);
   if (!lens) return std::nullopt;
   CameraStart start{std::move(*lens), {}};
   for (std::size_t v = 0; v < poses.size(); ++v) {
-    const auto pose = poses[v] ? poses[v] : pose_by_rays(start.lens, camera.points[v]);
+    const PlaneView& points = camera.points[v];
+    const auto pose = poses[v] ? poses[v] : board_pose(start.lens, points.plane_mm, points.pixels);
     if (!pose) return std::nullopt;
     start.sensor_from_board[camera.views[v]->placement] = *pose;
   }
@@ -173,8 +189,8 @@ Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, c
       starts.push_back(pinhole_start(*camera, *centred));
     }
     if (const auto poses = align_radially(camera->middle(), camera->points)) {
-      for (int radial = 0; radial <= radial_terms(spec.lens_model); ++radial) {
-        starts.push_back(radial_start(*camera, *poses, radial));
+      for (const RadialForm& form : radial_forms(spec.lens_model)) {
+        starts.push_back(radial_start(*camera, *poses, form));
       }
     }
   }

@@ -3,8 +3,8 @@
 //   1. Each camera: homographies board -> pixels, Zhang's intrinsics, board poses (solvers/closed_form/zhang.h). And,
 //   as
 //      strong distortion makes pinholes' poses wrong, poses by radial alignment about the image's middle
-//      (solvers/closed_form/radial_alignment.h) with one focal length and up to three radial terms, linear once the
-//      poses are known. The start that reprojects best is taken.
+//      (solvers/closed_form/radial_alignment.h) with one focal length and up to three radial terms, of the numerator or
+//      the denominator, linear once the poses are known. The start that reprojects best is taken.
 //   2. Cameras are joined through the placements they share; the mean of the poses is the mount.
 //   3. Each projector, the cameras being known: every pixel pair gives a board point and a projector pixel. Two forms:
 //      the paper's (homographies board -> projector, Zhang again) and the resection of all placements' points at once,

@@ -14,7 +14,7 @@
 namespace crumple {
 namespace {
 
-constexpr std::size_t kFewestCorners = 8;
+constexpr std::size_t kFewestProjected = 8;
 constexpr double kBrightShare = 0.98;    // of the pixels are no brighter than a bright place
 constexpr float kLeastQuotient = 0.02F;  // of a bright place's light: with less, a quotient is noise
 constexpr float kLeastBright = 0.25F;    // of a bright place's light, around a corner that is used
@@ -139,11 +139,11 @@ Expected<ProjectedCorners> detect_projected_board(const ProjectedBoardImages& im
     corners.projector_pixels.push_back(chessboard.corner_px(found->corners[i]));
     corners.camera_pixels.push_back(found->pixels[i]);
   }
-  if (corners.camera_pixels.size() < kFewestCorners) {
+  if (corners.camera_pixels.size() < kFewestProjected) {
     return fail(
         fmt::format("the projected chessboard: {} of its {} corners lie on evenly white plate, {} are needed: "
                     "let it reach further beyond the print",
-                    corners.camera_pixels.size(), found->corners.size(), kFewestCorners));
+                    corners.camera_pixels.size(), found->corners.size(), kFewestProjected));
   }
   return corners;
 }

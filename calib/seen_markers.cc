@@ -19,7 +19,7 @@ namespace {
 using Corners = std::array<Eigen::Vector2d, 4>;
 
 // Of a marker's side: a corner further from where the others put it is another marker's, or none.
-constexpr double kAstray = 0.3;
+constexpr double kMarkerAstray = 0.3;
 constexpr double kLeastInPlace = 0.6;  // share of the markers
 constexpr double kSideTolerance = 0.2;
 constexpr double kSameOutline =
@@ -167,7 +167,7 @@ Expected<std::vector<SeenMarker>> see_markers(const cv::Mat& image8, const Targe
   }
   if (seen.empty()) return tl::unexpected(nothing_of_target(read, target));
 
-  const double tolerance_px = kAstray * side_px(seen[seen.size() / 2].corners);
+  const double tolerance_px = kMarkerAstray * side_px(seen[seen.size() / 2].corners);
   const double ratio = relative_side(seen, markers, target.mark_mm, tolerance_px);
   if (std::abs(ratio - 1) > kSideTolerance) {
     return fail(
@@ -181,7 +181,7 @@ Expected<std::vector<SeenMarker>> see_markers(const cv::Mat& image8, const Targe
       const Corners there = predicted(*h, markers[marker.index], target.mark_mm);
       bool near = true;
       for (std::size_t k = 0; k < 4; ++k) {
-        near = near && (there[k] - marker.corners[k]).norm() < kAstray * side_px(marker.corners);
+        near = near && (there[k] - marker.corners[k]).norm() < kMarkerAstray * side_px(marker.corners);
       }
       if (near) in_place.push_back(marker);
     }

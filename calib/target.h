@@ -1,16 +1,15 @@
 // What is printed on a calibration board, and the marked points it carries.
 //
-//   chessboard  `columns` x `rows` inner corners, the square outside the first one dark. Index = row * columns +
-//   column. charuco     the same, with a coded marker in every light square; markers are numbered from `first_id`, row
-//   by row
+//   chessboard  `columns` x `rows` inner corners, the square outside the first one dark.
+//               Index = row * columns + column.
+//   charuco     the same, with a coded marker in every light square; markers are numbered from `first_id`, row by row
 //               from the top left. A part of the board is enough.
 //   apriltag    `columns` x `rows` coded markers, numbered alike; dark squares fill the corners of the gaps between
 //               them, so that the corners of a marker are crossing edges, as on a chessboard. A marker's points
 //               are its corners: index = 4 * marker + (0 top left, 1 top right, 2 bottom right, 3 bottom left); the
 //               board's origin is the first.
-//   dots        `columns` x `rows` dark discs. Staggered: every second row is shifted by half a pitch and the rows are
-//   half
-//               a pitch apart (OpenCV's asymmetric grid). Index = row * columns + column.
+//   dots        `columns` x `rows` dark discs. Index = row * columns + column. Staggered: every second row is shifted
+//               by half a pitch, and the rows are half a pitch apart (OpenCV's asymmetric grid).
 #pragma once
 
 #include <string>

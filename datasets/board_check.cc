@@ -13,8 +13,8 @@ namespace {
 
 using Kind = FrameContent::Kind;
 
-constexpr double kLitThreshold = 0.02;  // of full scale; a board's dark squares return little light
-constexpr double kLeastLitShare = 0.05;
+constexpr double kBoardLit = 0.02;  // of full scale; a board's dark squares return little light
+constexpr double kLeastBoardLit = 0.05;
 
 const ShownFrame* find(const std::vector<ShownFrame>& frames, Kind kind) {
   const auto found = std::find_if(frames.begin(), frames.end(), [kind](const ShownFrame& frame) {
@@ -44,9 +44,9 @@ std::vector<Finding> check_board(const std::vector<ShownFrame>& frames, const Bo
   const cv::Mat mask = corner_hull(detected->pixels, white->image.size());
   cv::Mat difference;
   cv::subtract(white->image, black->image, difference, cv::noArray(), CV_32F);
-  const cv::Mat lit = (difference > kLitThreshold * full_scale) & mask;
+  const cv::Mat lit = (difference > kBoardLit * full_scale) & mask;
   const double share = cv::countNonZero(lit) / std::max(1.0, static_cast<double>(cv::countNonZero(mask)));
-  if (share >= kLeastLitShare) return {};
+  if (share >= kLeastBoardLit) return {};
   return {{Severity::error, where,
            fmt::format("the projector lights none of the board: {} is brighter than {} on {:.1f} % of its area; aim "
                        "the projector at the board",

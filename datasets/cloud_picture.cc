@@ -253,7 +253,7 @@ void draw_length(cairo_t* context, const CloudView& view) {
             Align::centre);
 }
 
-cairo_status_t append_to_string(void* text, const unsigned char* data, unsigned length) {
+cairo_status_t append_png(void* text, const unsigned char* data, unsigned length) {
   static_cast<std::string*>(text)->append(reinterpret_cast<const char*>(data), length);
   return CAIRO_STATUS_SUCCESS;
 }
@@ -284,7 +284,7 @@ Expected<void> write_cloud_picture(const std::filesystem::path& file, const Clou
   draw_colour_bar(context.get(), picture, scale);
   draw_length(context.get(), view);
   std::string png;
-  const cairo_status_t status = cairo_surface_write_to_png_stream(surface.get(), append_to_string, &png);
+  const cairo_status_t status = cairo_surface_write_to_png_stream(surface.get(), append_png, &png);
   if (status != CAIRO_STATUS_SUCCESS) {
     return fail(fmt::format("{} cannot be drawn: {}", file.string(), cairo_status_to_string(status)));
   }

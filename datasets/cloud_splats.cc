@@ -15,11 +15,11 @@ constexpr double turn_rad = 24 * std::numbers::pi / 180;   // from the side
 constexpr double tilt_rad = -26 * std::numbers::pi / 180;  // from above
 constexpr double outer_share = 0.002;                      // of the points at either end, not counted for the size
 
-struct Range {
+struct GreyRange {
   double low = 0, high = 0;
 };
 
-Range bulk_range(std::vector<double> values) {
+GreyRange bulk_range(std::vector<double> values) {
   const auto at = [&](double share) {
     const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), place, values.end());
@@ -95,8 +95,8 @@ CloudView choose_view(const Cloud& cloud, cv::Size size) {
     across.push_back(p.x());
     down.push_back(p.y());
   }
-  const Range x = bulk_range(std::move(across));
-  const Range y = bulk_range(std::move(down));
+  const GreyRange x = bulk_range(std::move(across));
+  const GreyRange y = bulk_range(std::move(down));
   view.px_per_mm = std::min(size.width / std::max(1e-6, x.high - x.low), size.height / std::max(1e-6, y.high - y.low));
   view.offset_px = Eigen::Vector2d(size.width, size.height) / 2 -
                    view.px_per_mm * Eigen::Vector2d(x.low + x.high, y.low + y.high) / 2;

@@ -14,7 +14,7 @@ namespace crumple {
 namespace {
 
 constexpr const char* kSchema = "crumple-placements/1";
-constexpr double kLargest_mm = 1e6;
+constexpr double kFarthestPlacement_mm = 1e6;
 
 PlacedBoard read_board_entry(const YamlValue& value) {
   PlacedBoard board;
@@ -28,7 +28,7 @@ PlacedBoard read_board_entry(const YamlValue& value) {
     if (const auto sound = checked(board.target); complete && !sound) target->problem(sound.error().message);
   }
   if (const auto warp = map.require("warp_mm", "[x, y]"))
-    board.warp_mm = read_vector<2>(*warp, -kLargest_mm, kLargest_mm);
+    board.warp_mm = read_vector<2>(*warp, -kFarthestPlacement_mm, kFarthestPlacement_mm);
   if (const auto estimated = map.require("warp_estimated", "true or false"))
     board.warp_estimated = estimated->boolean();
   if (const auto scale = map.require("scale", "true over nominal lengths")) board.scale = scale->number(0.5, 2);

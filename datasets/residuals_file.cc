@@ -40,7 +40,7 @@ std::vector<std::string> fields_of(const std::string& line) {
 }
 
 template <typename Number>
-std::optional<Number> parsed(const std::string& text) {
+std::optional<Number> parsed_number(const std::string& text) {
   Number value{};
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
@@ -49,10 +49,10 @@ std::optional<Number> parsed(const std::string& text) {
 
 // One corner into the view it belongs to; false where the line cannot be read.
 bool add_corner(const std::vector<std::string>& fields, std::vector<RecordedCorners>& views) {
-  const auto index = parsed<int>(fields[4]);
-  const auto x = parsed<double>(fields[5]), y = parsed<double>(fields[6]);
-  const auto dx = parsed<double>(fields[7]), dy = parsed<double>(fields[8]);
-  const auto accepted = parsed<int>(fields[9]);
+  const auto index = parsed_number<int>(fields[4]);
+  const auto x = parsed_number<double>(fields[5]), y = parsed_number<double>(fields[6]);
+  const auto dx = parsed_number<double>(fields[7]), dy = parsed_number<double>(fields[8]);
+  const auto accepted = parsed_number<int>(fields[9]);
   if (!index || !x || !y || !dx || !dy || !accepted) return false;
   if (views.empty() || views.back().placement != fields[0] || views.back().camera != fields[1]) {
     views.push_back({fields[0], fields[1], {}, {}, {}, {}});

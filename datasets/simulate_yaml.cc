@@ -12,7 +12,7 @@ namespace {
 
 using Kind = FrameContent::Kind;
 
-constexpr double degree = std::numbers::pi / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
 std::string pose_text(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
@@ -39,7 +39,7 @@ std::string patterns_text(const Scene& scene) {
   if (!scene.orientations.empty()) text += "  orientations:\n";
   for (const StripeOrientation& orientation : scene.orientations) {
     text += fmt::format("    - {{angle_deg: {}, stripe_width_px: {}, bits: {}, code_offset: {}, inverse: {}}}\n",
-                        orientation.angle_rad / degree, orientation.stripe_width_px, orientation.bits,
+                        orientation.angle_rad / kDegree, orientation.stripe_width_px, orientation.bits,
                         orientation.code_offset, orientation.inverse);
   }
   if (scene.projected_chessboard) {

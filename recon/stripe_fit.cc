@@ -35,7 +35,7 @@ double best_on_grid(const StripeTable& table, const BitVector& offsets, const Bi
   return best;
 }
 
-struct Normal {
+struct FitNormal {
   float slope_slope, slope_value, value_value;  // slope is already times the gain
   float slope_residual, value_residual;
   float gain, squares;
@@ -43,7 +43,7 @@ struct Normal {
   float determinant() const { return slope_slope * value_value - slope_value * slope_value; }
 };
 
-Normal normal_equations(const StripeTable& table, const BitVector& offsets, const BitVector& d, double u) {
+FitNormal normal_equations(const StripeTable& table, const BitVector& offsets, const BitVector& d, double u) {
   const StripeTable::Sample sample = table.at(u);
   const BitVector v = sample.value + offsets;
   const float vv = v.squaredNorm() + kNoSignal;
@@ -64,7 +64,7 @@ Normal normal_equations(const StripeTable& table, const BitVector& offsets, cons
 StripeFit fit_stripe(const StripeTable& table, const BitVector& offsets, const BitVector& differences, double start,
                      double reach) {
   double u = reach > 0 ? best_on_grid(table, offsets, differences, start, reach) : start;
-  Normal n = normal_equations(table, offsets, differences, u);
+  FitNormal n = normal_equations(table, offsets, differences, u);
   for (int i = 0; i < kFitIterations && n.determinant() > 0; ++i) {
     const double step = (n.value_value * n.slope_residual - n.slope_value * n.value_residual) / n.determinant();
     u += std::clamp(step, -kLongestStep, kLongestStep);

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "solvers/closed_form/board_pose.h"
 #include "solvers/minimise.h"
 #include "solvers/parallel.h"
 
@@ -22,6 +23,8 @@ using GroupKey = std::pair<std::size_t, View::Kind>;
 constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
 constexpr int kReadmittingRounds = 10;
+constexpr int kRetrialRounds = 5;          // of placements without accepted observations
+constexpr int kLeastForPose = 6;           // coordinates
 constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kSigmaFloor_px = 1e-9;  // noise-free data must not divide by zero
@@ -141,10 +144,9 @@ double standardised_square(const Eigen::VectorXd& residuals_px, int i, int d, do
   return residual_px.dot(variance.inverse() * residual_px) / (sigma_px * sigma_px);
 }
 
-// Re-decides every observation (without `readmit` only those that count); returns how many changed sides.
-std::size_t gate_outliers(const Views& views, const Linearisation& at, double gate, bool readmit,
-                          std::vector<ViewWeights>& weights) {
-  std::size_t changed = 0;
+// Re-decides every observation (without `readmit` only those that count).
+void gate_outliers(const Views& views, const Linearisation& at, double gate, bool readmit,
+                   std::vector<ViewWeights>& weights) {
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
     const double limit = gate_for(d, gate);
@@ -153,10 +155,61 @@ std::size_t gate_outliers(const Views& views, const Linearisation& at, double ga
       if (!inlier && !readmit) continue;
       const double square = standardised_square(at.residuals_px[v], i, d, weights[v].sigma_px,
                                                 at.hats[v][static_cast<std::size_t>(i)], inlier != 0);
-      const char now = square <= limit;
-      changed += now != inlier;
-      inlier = now;
+      inlier = square <= limit;
     }
+  }
+}
+
+bool same_sides(const std::vector<ViewWeights>& a, const std::vector<ViewWeights>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(),
+                    [](const ViewWeights& x, const ViewWeights& y) { return x.inlier == y.inlier; });
+}
+
+// Placements of which too little is accepted to tell a pose.
+std::set<std::size_t> untold_placements(const Views& views, const std::vector<ViewWeights>& weights) {
+  std::map<std::size_t, int> accepted;  // coordinates
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto& inlier = weights[v].inlier;
+    const auto inliers = std::count_if(inlier.begin(), inlier.end(), [](char c) { return c != 0; });
+    accepted[views[v]->placement()] += views[v]->dimension() * static_cast<int>(inliers);
+  }
+  std::set<std::size_t> untold;
+  for (const auto& [placement, coordinates] : accepted) {
+    if (coordinates < kLeastForPose) untold.insert(placement);
+  }
+  return untold;
+}
+
+// From the corners that one sensor sees of it, where one sees enough.
+void pose_anew(std::size_t placement, const Observations& observations, CalibrationState& state) {
+  for (const CornerView& view : observations.corners) {
+    if (view.placement != placement) continue;
+    const Sensor& sensor = state.rig.sensors[view.sensor];
+    Points2d plane;
+    for (const int corner : view.corners) plane.emplace_back(state.board_at(placement).point(corner).head<2>());
+    const auto pose = board_pose(sensor.lens, plane, view.pixels);
+    if (!pose) continue;
+    state.probe_from_board[placement] = sensor.sensor_from_probe.inverse() * *pose;
+    return;
+  }
+}
+
+// Early on their poses may be what is wrong: they get new ones, and all that was seen of them is tried again. Later
+// they are left out as a whole and their poses held. Returns whether that changed anything.
+bool settle_untold_placements(const Views& views, const Observations& observations, bool try_again,
+                              std::vector<ViewWeights>& weights, CalibrationState& state, std::set<BlockId>& held) {
+  const std::set<std::size_t> untold = untold_placements(views, weights);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    if (!untold.contains(views[v]->placement())) continue;
+    std::fill(weights[v].inlier.begin(), weights[v].inlier.end(), try_again);
+  }
+  if (try_again) {
+    for (const std::size_t placement : untold) pose_anew(placement, observations, state);
+    return !untold.empty();
+  }
+  bool changed = false;
+  for (const std::size_t placement : untold) {
+    changed = held.insert({BlockId::Kind::placement, placement}).second || changed;
   }
   return changed;
 }
@@ -300,7 +353,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (!options.estimate_warp) held.insert({BlockId::Kind::warp, b});
     if (!has_prior({BlockId::Kind::scale, b}, options.priors)) held.insert({BlockId::Kind::scale, b});
   }
-  const Parameters parameters(state, views, held);
+  Parameters parameters(state, views, held);
   std::vector<ViewWeights> weights;
   for (const auto& view : views) {
     weights.push_back(
@@ -315,6 +368,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const auto at = linearise(views, weights, equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
     gate_outliers(views, *at, options.gate, true, weights);
+    settle_untold_placements(views, observations, true, weights, state, held);
   }
   const MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors};
   for (int round = 1;; ++round) {
@@ -326,9 +380,10 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
-    const std::size_t changed =
-        options.reject_outliers ? gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next) : 0;
-    const bool unchanged = changed == 0 && same_sigmas;
+    if (options.reject_outliers) gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next);
+    const bool other_poses = options.reject_outliers &&
+                             settle_untold_placements(views, observations, round < kRetrialRounds, next, state, held);
+    const bool unchanged = same_sides(weights, next) && same_sigmas && !other_poses;
     if (unchanged || round == kMaxRounds) {
       at->covariance.sharpen(views, whitened_at(views, weights, state), options.priors, state, options.threads);
       std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
@@ -341,6 +396,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
       return result;
     }
     weights = std::move(next);
+    if (other_poses) parameters = Parameters(state, views, held);
   }
 }
 

@@ -9,7 +9,7 @@
 namespace crumple {
 namespace {
 
-constexpr double kSingular = 1e-12;
+constexpr double kUndetermined = 1e-12;
 
 class SmallCost final : public ceres::CostFunction {
  public:
@@ -58,7 +58,7 @@ std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& jacobi
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian * scale.asDiagonal());
   const Eigen::Index n = jacobian.cols();
   const auto root = qr.matrixR().topLeftCorner(n, n).triangularView<Eigen::Upper>();
-  if (std::abs(qr.matrixR()(n - 1, n - 1)) < kSingular * std::abs(qr.matrixR()(0, 0))) return std::nullopt;
+  if (std::abs(qr.matrixR()(n - 1, n - 1)) < kUndetermined * std::abs(qr.matrixR()(0, 0))) return std::nullopt;
   const Eigen::MatrixXd inverse_root =
       scale.asDiagonal() * (qr.colsPermutation() * root.solve(Eigen::MatrixXd::Identity(n, n)));
   return inverse_root * inverse_root.transpose();

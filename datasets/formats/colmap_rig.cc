@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr double kHalfPixel = 0.5;
 constexpr double kUnitLength = 1e-4;
 
-std::string pose_text(const Pose& pose) {
+std::string colmap_pose(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
   const Eigen::Vector3d& t = pose.translation;
   return fmt::format("{} {} {} {} {} {} {}", q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
@@ -51,7 +51,7 @@ std::string rigs_text(const std::vector<Sensor>& cameras) {
       "QY, QZ, TX, TY, TZ])\n";
   text += fmt::format("1 {} CAMERA 1", cameras.size());
   for (std::size_t i = 1; i < cameras.size(); ++i) {
-    text += fmt::format(" CAMERA {} 1 {}", i + 1, pose_text(cameras[i].sensor_from_probe));
+    text += fmt::format(" CAMERA {} 1 {}", i + 1, colmap_pose(cameras[i].sensor_from_probe));
   }
   return text + "\n";
 }
@@ -68,8 +68,8 @@ std::string frames_text(std::size_t count) {
 std::string images_text(const std::vector<Sensor>& cameras) {
   std::string text = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    text +=
-        fmt::format("{} {} {} {}/0000.png\n\n", i + 1, pose_text(cameras[i].sensor_from_probe), i + 1, cameras[i].name);
+    text += fmt::format("{} {} {} {}/0000.png\n\n", i + 1, colmap_pose(cameras[i].sensor_from_probe), i + 1,
+                        cameras[i].name);
   }
   return text;
 }

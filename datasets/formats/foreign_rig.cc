@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLargestSide_px = 65500;  // of images, as in rig.yaml
-constexpr double kRounding = 1e-4;      // of rotation matrices that people print to four digits and copy
+constexpr int kLargestSide_px = 65500;    // of images, as in rig.yaml
+constexpr double kMatrixRounding = 1e-4;  // of rotation matrices that people print to four digits and copy
 
 Expected<void> check_bounds(const Sensor& sensor) {
   const auto beyond = [](double value) { return !(std::abs(value) <= kLargestValue); };
@@ -77,7 +77,8 @@ cv::Mat to_mat(const Eigen::MatrixXd& matrix) {
 
 Expected<Pose> pose_from_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
   const double off = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(off < kRounding) || rotation.determinant() < 0) return fail("the rotation matrix is not one of a rotation");
+  if (!(off < kMatrixRounding) || rotation.determinant() < 0)
+    return fail("the rotation matrix is not one of a rotation");
   if (!translation.allFinite()) return fail("the translation holds a number that is not finite");
   return Pose{Eigen::Quaterniond(nearest_rotation(rotation)).normalized(), translation};
 }

@@ -14,6 +14,8 @@
 
 namespace crumple {
 
+constexpr double kMmPerM = 1000;
+
 // A lens of OpenCV's family, by its camera matrix and its terms k1 k2 p1 p2 k3 ...; 0, 4, 5, 8 or 12 of them, or 14 of
 // which the last two (a tilted sensor) are zero. Fails on skew and other counts.
 Expected<Lens> lens_from_opencv(ImageSize size, const Eigen::Matrix3d& camera_matrix, std::vector<double> terms);

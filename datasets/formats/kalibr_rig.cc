@@ -13,7 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMmPerM = 1000;
 constexpr const char* kFileName = "camchain.yaml";
 const std::string kTopicEnd = "/image_raw";
 
@@ -38,10 +37,12 @@ std::string camera_text(const Sensor& camera, std::size_t index) {
       camera.lens.size().height_px, camera.name, kTopicEnd);
 }
 
-bool fits(const Lens& lens) { return lens.model() == "LENSMODEL_PINHOLE" || lens.model() == "LENSMODEL_OPENCV4"; }
+bool fits_kalibr(const Lens& lens) {
+  return lens.model() == "LENSMODEL_PINHOLE" || lens.model() == "LENSMODEL_OPENCV4";
+}
 
 // Lens terms by Kalibr's name of their model.
-std::vector<double> read_terms(YamlMap& map) {
+std::vector<double> read_kalibr_terms(YamlMap& map) {
   const auto model = map.require("distortion_model", "radtan or none");
   if (!model) return {};
   const std::string name = model->text();
@@ -57,7 +58,7 @@ std::optional<Lens> read_lens(YamlMap& map) {
   if (const auto model = map.require("camera_model", "pinhole")) model->one_of({"pinhole"});
   std::vector<double> core;
   if (const auto intrinsics = map.require("intrinsics", "[fu, fv, pu, pv]")) core = read_row(*intrinsics, 4);
-  const std::vector<double> terms = read_terms(map);
+  const std::vector<double> terms = read_kalibr_terms(map);
   const auto size = map.require("resolution", "[width, height]");
   const std::vector<double> pixels = size ? read_row(*size, 2) : std::vector<double>();
   if (core.size() != 4 || pixels.size() != 2) return {};
@@ -115,7 +116,7 @@ Expected<std::vector<std::string>> write_kalibr_rig(const RigToExport& source, c
   std::string text;
   Pose previous_from_probe;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (!fits(cameras[i].lens)) {
+    if (!fits_kalibr(cameras[i].lens)) {
       return lens_refused(cameras[i], "a camchain of Kalibr's", "LENSMODEL_PINHOLE and LENSMODEL_OPENCV4");
     }
     text += camera_text(cameras[i], i);

@@ -19,8 +19,6 @@ namespace fs = std::filesystem;
 
 using Matrix34 = Eigen::Matrix<double, 3, 4>;
 
-constexpr double kMmPerM = 1000;
-
 // R and P of one camera. P's last column is in px m.
 struct Rectification {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -80,14 +78,14 @@ std::string camera_text(const Sensor& camera, const Rectification& rectification
          matrix_text("projection_matrix", rectification.projection);
 }
 
-bool fits(const Lens& lens) { return is_opencv_lens(lens) && lens.model() != "LENSMODEL_OPENCV12"; }
+bool fits_ros(const Lens& lens) { return is_opencv_lens(lens) && lens.model() != "LENSMODEL_OPENCV12"; }
 
 struct CameraInfo {
   Sensor camera;
   Rectification rectification;
 };
 
-std::vector<double> read_terms(YamlMap& map) {
+std::vector<double> read_ros_terms(YamlMap& map) {
   const auto model = map.require("distortion_model", "plumb_bob or rational_polynomial");
   const auto matrix = map.require("distortion_coefficients", "{rows: 1, cols: 5, data: [k1, k2, t1, t2, k3]}");
   if (!model || !matrix) return {};
@@ -118,7 +116,7 @@ Expected<CameraInfo> parse(const std::string& text, const fs::path& file) {
   const std::string camera_name = plain_name(name ? name->text() : file.stem().string());
   Eigen::MatrixXd matrix = Eigen::Matrix3d::Zero(), rotation = matrix, projection = Matrix34::Zero();
   if (const auto k = map.require("camera_matrix", "K, 3 x 3")) matrix = read_ros_matrix(*k, 3, 3);
-  const std::vector<double> terms = read_terms(map);
+  const std::vector<double> terms = read_ros_terms(map);
   if (const auto r = map.require("rectification_matrix", "R, 3 x 3")) rotation = read_ros_matrix(*r, 3, 3);
   if (const auto p = map.require("projection_matrix", "P, 3 x 4")) projection = read_ros_matrix(*p, 3, 4);
   if (auto error = problems.error()) return tl::unexpected(*error);
@@ -166,7 +164,7 @@ Expected<std::vector<std::string>> write_ros_rig(const RigToExport& source, cons
   const std::vector<Sensor> cameras = cameras_of(source.rig);
   if (cameras.empty()) return fail("the rig has no camera, which is all that camera_info knows");
   for (const Sensor& camera : cameras) {
-    if (!fits(camera.lens)) {
+    if (!fits_ros(camera.lens)) {
       return lens_refused(camera, "ROS's camera_info", "LENSMODEL_PINHOLE and LENSMODEL_OPENCV4, 5 and 8");
     }
   }

@@ -17,7 +17,7 @@ constexpr double kAmbiguous = 1e-9;    // of the largest eigenvalue: points on a
 constexpr double kNoDistances = 1e-8;  // of the equilibrated system's largest eigenvalue
 constexpr int kRounds = 5;
 
-using Terms = Eigen::Vector3d;  // of g
+using RadiusTerms = Eigen::Vector3d;  // of g
 
 // A view in normalised coordinates: plane points about their centroid, pixels about the centre.
 struct Aligned {
@@ -28,7 +28,7 @@ struct Aligned {
   double distance = 0;             // t3
 };
 
-Terms powers(const Eigen::Vector2d& image) {
+RadiusTerms powers(const Eigen::Vector2d& image) {
   const double square = image.squaredNorm();
   return {1, square, square * square};
 }
@@ -72,12 +72,12 @@ bool align(Aligned& view) {
 // What every view says of g, and of its own distance: g (x, y) = (z0 + t3) (u, v).
 struct Equations {
   Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
-  Terms right = Terms::Zero();
-  Terms coupling = Terms::Zero();
+  RadiusTerms right = RadiusTerms::Zero();
+  RadiusTerms coupling = RadiusTerms::Zero();
   double distance = 0;
   double distance_right = 0;
 
-  double distance_for(const Terms& g) const { return (distance_right - coupling.dot(g)) / distance; }
+  double distance_for(const RadiusTerms& g) const { return (distance_right - coupling.dot(g)) / distance; }
 };
 
 Equations equations_of(const Aligned& view) {
@@ -85,7 +85,7 @@ Equations equations_of(const Aligned& view) {
   for (std::size_t i = 0; i < view.plane.size(); ++i) {
     const Eigen::Vector2d xy = view.xy * view.plane[i].homogeneous();
     const double z = view.depth * view.plane[i];
-    const Terms t = powers(view.image[i]);
+    const RadiusTerms t = powers(view.image[i]);
     e.terms += xy.squaredNorm() * t * t.transpose();
     e.right += xy.dot(view.image[i]) * z * t;
     e.coupling -= xy.dot(view.image[i]) * t;
@@ -95,9 +95,9 @@ Equations equations_of(const Aligned& view) {
   return e;
 }
 
-std::optional<Terms> solve_terms(const std::vector<Aligned>& views) {
+std::optional<RadiusTerms> solve_terms(const std::vector<Aligned>& views) {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
-  Terms right = Terms::Zero();
+  RadiusTerms right = RadiusTerms::Zero();
   for (const Aligned& view : views) {
     const Equations e = equations_of(view);
     matrix += e.terms - e.coupling * e.coupling.transpose() / e.distance;
@@ -107,7 +107,7 @@ std::optional<Terms> solve_terms(const std::vector<Aligned>& views) {
   if (!scale.allFinite()) return std::nullopt;
   const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * matrix * scale.asDiagonal());
   if (!(eigen.values[0] > kNoDistances * eigen.values[2])) return std::nullopt;
-  return Terms(solve_symmetric(matrix, right));
+  return RadiusTerms(solve_symmetric(matrix, right));
 }
 
 // The view alone, with g constant: a pinhole's focal length, whose sign says which of the two tilts it is.
@@ -118,7 +118,7 @@ void choose_tilt(Aligned& view) {
   if (focal < 0) view.depth = -view.depth;
 }
 
-double misfit(const Aligned& view, const Terms& g) {
+double misfit(const Aligned& view, const RadiusTerms& g) {
   const double distance = equations_of(view).distance_for(g);
   double sum = 0;
   for (std::size_t i = 0; i < view.plane.size(); ++i) {
@@ -130,7 +130,7 @@ double misfit(const Aligned& view, const Terms& g) {
 }
 
 // True where the other tilt agrees better with all the views' g.
-bool turned(Aligned& view, const Terms& g) {
+bool turned(Aligned& view, const RadiusTerms& g) {
   Aligned other = view;
   other.depth = -view.depth;
   if (misfit(other, g) >= misfit(view, g)) return false;
@@ -149,7 +149,7 @@ std::optional<Aligned> aligned(const PlaneView& view, const Eigen::Matrix3d& sim
   return result;
 }
 
-std::optional<Terms> solve_together(std::vector<Aligned>& views) {
+std::optional<RadiusTerms> solve_together(std::vector<Aligned>& views) {
   auto g = solve_terms(views);
   for (int round = 0; g && round < kRounds; ++round) {
     bool changed = false;
@@ -161,7 +161,7 @@ std::optional<Terms> solve_together(std::vector<Aligned>& views) {
 }
 
 // From the pose of the normalised plane.
-std::optional<Pose> plane_in_front(const Aligned& view, const Terms& g, const Eigen::Matrix3d& similarity,
+std::optional<Pose> plane_in_front(const Aligned& view, const RadiusTerms& g, const Eigen::Matrix3d& similarity,
                                    const Points2d& plane_mm) {
   Eigen::Matrix3d columns;
   columns << view.xy, view.depth, equations_of(view).distance_for(g);

@@ -13,10 +13,10 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr ImageSize kSize{1024, 768};
+constexpr ImageSize kWeakSize{1024, 768};
 
 Lens opencv5() {
-  return Lens::create("LENSMODEL_OPENCV5", kSize, {700, 705, 515, 380, -0.2, 0.08, 4e-4, -3e-4, 0}).value();
+  return Lens::create("LENSMODEL_OPENCV5", kWeakSize, {700, 705, 515, 380, -0.2, 0.08, 4e-4, -3e-4, 0}).value();
 }
 
 Calibration calibrated(const Lens& lens, const std::string& model, double sigma_px = 0.1) {
@@ -33,8 +33,8 @@ double worst_difference_px(const Lens& truth, const Lens& found) {
   std::vector<Eigen::Vector2d> pixels;
   std::vector<Eigen::Vector3d> directions;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
-  for (int x = 40; x < kSize.width_px; x += 59) {
-    for (int y = 40; y < kSize.height_px; y += 57) {
+  for (int x = 40; x < kWeakSize.width_px; x += 59) {
+    for (int y = 40; y < kWeakSize.height_px; y += 57) {
       const auto ray = truth.ray({x, y}), other = found.ray({x, y});
       if (!ray || ray->head<2>().norm() > kWidest) continue;
       if (!other) return 1e9;
@@ -62,7 +62,7 @@ TEST(LensPrior, AllowsTheFarthestCornerToMoveByItsOwnRadius) {
   CalibrationState state;
   state.rig.sensors = {{"cam0",
                         SensorKind::camera,
-                        Lens::undistorted("LENSMODEL_OPENCV8", kSize, 500, 500, {511.5, 383.5}).value(),
+                        Lens::undistorted("LENSMODEL_OPENCV8", kWeakSize, 500, 500, {511.5, 383.5}).value(),
                         {}}};
   const std::vector<Prior> priors = lens_priors(state);
   ASSERT_EQ(priors.size(), 1U);
@@ -87,7 +87,7 @@ TEST(LensPrior, HoldsARationalLensAndNamesWhatItHolds) {
 // image.
 TEST(LensPrior, DoesNotMoveWhatTheDataDetermine) {
   const Lens lens =
-      Lens::create("LENSMODEL_OPENCV8", kSize, {600, 605, 515, 380, 1.5, 0.2, 4e-4, -3e-4, 0.01, 2.2, 0.9, 0.05})
+      Lens::create("LENSMODEL_OPENCV8", kWeakSize, {600, 605, 515, 380, 1.5, 0.2, 4e-4, -3e-4, 0.01, 2.2, 0.9, 0.05})
           .value();
   const Calibration calibration = calibrated(lens, "LENSMODEL_OPENCV8");
   const Lens& found = calibration.bundle.state.rig.sensors[0].lens;
@@ -105,7 +105,7 @@ class EveryLens : public testing::TestWithParam<std::pair<const char*, std::vect
 // From corners alone, through the closed forms: each model finds back a lens of its own kind.
 TEST_P(EveryLens, IsCalibrated) {
   const auto& [model, parameters] = GetParam();
-  const Lens lens = Lens::create(model, kSize, parameters).value();
+  const Lens lens = Lens::create(model, kWeakSize, parameters).value();
   const Calibration calibration = calibrated(lens, model, 0.05);
   EXPECT_NEAR(calibration.bundle.groups[0].sigma_px, 0.05, 0.005);
   EXPECT_LT(worst_difference_px(lens, calibration.bundle.state.rig.sensors[0].lens), 0.3);

@@ -182,7 +182,9 @@ TEST_F(MulticamCharuco, EachCameraByItself) {
     const auto calibration = calibrate(data, {});
     ASSERT_TRUE(calibration) << calibration.error().message;
     const GroupSummary& group = calibration->bundle.groups.front();
+    RecordProperty("cam" + std::to_string(c) + "_alone_rms_px", std::to_string(group.rms_px));
     RecordProperty("cam" + std::to_string(c) + "_alone_rms_all_px", std::to_string(group.rms_all_px));
+    RecordProperty("cam" + std::to_string(c) + "_alone_outliers", static_cast<int>(group.outliers));
     EXPECT_LT(group.rms_px, 0.6 * stored_rms_[c]) << c;
     EXPECT_LT(group.rms_all_px, stored_rms_[c]) << c;
   }

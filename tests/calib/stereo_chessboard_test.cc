@@ -11,7 +11,7 @@
 #include "calib/detect_board.h"
 #include "calib/verdict.h"
 #include "datasets/capture.h"
-#include "tests/calib/saddle_points.h"
+#include "tests/calib/stereo_corners.h"
 
 namespace crumple {
 namespace {
@@ -93,17 +93,6 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
   Capture capture_;
   CalibrationData data_;
 };
-
-// In single precision, all that OpenCV's calibration takes: both are to fit the same numbers.
-std::vector<Eigen::Vector2d> by_crossing_edges(const cv::Mat& image) {
-  const auto board = detect_grid(image, 9, 6);
-  if (!board) return {};
-  std::vector<Eigen::Vector2d> pixels;
-  for (const Eigen::Vector2d& pixel : board->pixels) {
-    pixels.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-  }
-  return pixels;
-}
 
 TEST_P(StereoChessboard, RmsIsNotAboveOpenCvs) {
   detect_with(by_crossing_edges);

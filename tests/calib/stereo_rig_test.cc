@@ -16,7 +16,7 @@
 #include "calib/detect_board.h"
 #include "calib/verdict.h"
 #include "datasets/capture.h"
-#include "tests/calib/saddle_points.h"
+#include "tests/calib/stereo_corners.h"
 #include "tests/datasets/public_data.h"
 
 namespace crumple {
@@ -25,11 +25,6 @@ namespace {
 constexpr double kPublished_mm = 83.6;
 constexpr int kCorners = 54;
 const cv::TermCriteria kToTheEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 1000, 1e-10);
-
-std::vector<Eigen::Vector2d> by_crossing_edges(const cv::Mat& image) {
-  const auto board = detect_grid(image, 9, 6);
-  return board ? board->pixels : std::vector<Eigen::Vector2d>();
-}
 
 struct Baseline {
   double mm = 0;

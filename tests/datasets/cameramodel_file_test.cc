@@ -17,7 +17,7 @@ namespace {
 
 using testing::HasSubstr;
 
-CameraModel example() {
+CameraModel example_model() {
   return {Lens::create("LENSMODEL_OPENCV5", {1280, 1024},
                        {1000.1, 1001.0 / 3, 639.5, 511.5, -0.1, 1.23e-7, -3.3e-4, 1e-5, 0.3})
               .value(),
@@ -25,26 +25,26 @@ CameraModel example() {
 }
 
 std::string text_without(const std::string& old_text, const std::string& new_text) {
-  std::string text = cameramodel_text(example());
+  std::string text = cameramodel_text(example_model());
   return text.replace(text.find(old_text), old_text.size(), new_text);
 }
 
 TEST(CameramodelFile, LensSurvivesExactlyAndPoseToRounding) {
   const TemporaryFolder home;
-  ASSERT_TRUE(write_cameramodel(home / "a.cameramodel", example()));
+  ASSERT_TRUE(write_cameramodel(home / "a.cameramodel", example_model()));
   const auto read = read_cameramodel(home / "a.cameramodel");
   ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(read->lens.model(), example().lens.model());
-  EXPECT_EQ(read->lens.size(), example().lens.size());
-  EXPECT_EQ(read->lens.parameters(), example().lens.parameters());
-  EXPECT_EQ(read->camera_from_reference.translation, example().camera_from_reference.translation);
-  EXPECT_LT(local_step(read->camera_from_reference, example().camera_from_reference).norm(), 1e-15);
+  EXPECT_EQ(read->lens.model(), example_model().lens.model());
+  EXPECT_EQ(read->lens.size(), example_model().lens.size());
+  EXPECT_EQ(read->lens.parameters(), example_model().lens.parameters());
+  EXPECT_EQ(read->camera_from_reference.translation, example_model().camera_from_reference.translation);
+  EXPECT_LT(local_step(read->camera_from_reference, example_model().camera_from_reference).norm(), 1e-15);
 }
 
 TEST(CameramodelFile, MrcalReadsTheSameNumbers) {
   if (!python_has("mrcal")) GTEST_SKIP() << "Debian's python3-mrcal is not installed";
   const TemporaryFolder home;
-  ASSERT_TRUE(write_cameramodel(home / "a.cameramodel", example()));
+  ASSERT_TRUE(write_cameramodel(home / "a.cameramodel", example_model()));
   const std::string script =
       "import mrcal, sys, numpy as np\n"
       "m = mrcal.cameramodel(sys.argv[1])\n"
@@ -59,7 +59,7 @@ TEST(CameramodelFile, MrcalReadsTheSameNumbers) {
   const std::string answer = run_python(script, (home / "a.cameramodel").string());
   double x = 0, y = 0;
   ASSERT_EQ(std::sscanf(answer.c_str(), "%lf %lf", &x, &y), 2) << answer;
-  const Eigen::Vector2d ours = example().lens.project({10, -20, 300}).value();
+  const Eigen::Vector2d ours = example_model().lens.project({10, -20, 300}).value();
   EXPECT_NEAR(x, ours.x(), 1e-10);
   EXPECT_NEAR(y, ours.y(), 1e-10);
 }

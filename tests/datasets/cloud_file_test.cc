@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-Cloud example() {
+Cloud example_cloud() {
   Cloud cloud{"world", {"door, left", "2"}, {}};
   for (int i = 0; i < 20000; ++i) {
     CloudPoint point;
@@ -31,7 +31,7 @@ Cloud example() {
 
 TEST(CloudFile, EveryBitSurvives) {
   const TemporaryFolder home;
-  const Cloud cloud = example();
+  const Cloud cloud = example_cloud();
   ASSERT_TRUE(write_cloud(home / "c.ply", cloud));
   const auto read = read_cloud(home / "c.ply");
   ASSERT_TRUE(read) << read.error().message;
@@ -82,7 +82,7 @@ TEST(CloudFile, ReadsAStrangersMesh) {
 TEST(CloudFile, RefusesWhatItCannotRead) {
   const TemporaryFolder home;
   const auto message = [&](const std::string& old_text, const std::string& new_text) {
-    EXPECT_TRUE(write_cloud(home / "c.ply", example()));
+    EXPECT_TRUE(write_cloud(home / "c.ply", example_cloud()));
     replace_in(home / "c.ply", old_text, new_text);
     const auto cloud = read_cloud(home / "c.ply");
     return cloud ? std::string("no error") : cloud.error().message;
@@ -102,7 +102,7 @@ TEST(CloudFile, RefusesWhatItCannotRead) {
 
 TEST(CloudFile, RefusesANumberThatIsNotFinite) {
   const TemporaryFolder home;
-  Cloud cloud = example();
+  Cloud cloud = example_cloud();
   cloud.points[7].position_mm.y() = NAN;
   const auto written = write_cloud(home / "c.ply", cloud);
   ASSERT_FALSE(written);

@@ -12,7 +12,7 @@
 namespace crumple {
 namespace {
 
-constexpr ImageSize panel{64, 48};
+constexpr ImageSize kPanelSize{64, 48};
 
 TEST(PatternFiles, FewestBits) {
   EXPECT_EQ(sufficient_bits({}, {1024, 768}).value(), 10);
@@ -26,14 +26,14 @@ TEST(PatternFiles, FilesSortInTheOrderOfTheFrames) {
   const TemporaryFolder home;
   const std::vector<StripeOrientation> orientations = {{.bits = 6},
                                                        {.angle_rad = M_PI / 3, .bits = 7, .inverse = false}};
-  const auto names = write_patterns(home.path(), orientations, panel, {});
+  const auto names = write_patterns(home.path(), orientations, kPanelSize, {});
   ASSERT_TRUE(names) << names.error().message;
   ASSERT_EQ(names->size(), 2U + 12U + 7U);
   EXPECT_TRUE(std::is_sorted(names->begin(), names->end()));
   EXPECT_EQ((*names)[3], "03_0deg_bit0_inverse.png");
   EXPECT_EQ(names->back(), "20_60deg_bit6.png");
   const cv::Mat image = cv::imread((home / names->back()).string(), cv::IMREAD_UNCHANGED);
-  const cv::Mat drawn = draw_stripes(orientations[1], panel, 6, false);
+  const cv::Mat drawn = draw_stripes(orientations[1], kPanelSize, 6, false);
   ASSERT_EQ(image.type(), CV_8UC1);
   EXPECT_EQ(cv::norm(image, drawn, cv::NORM_INF), 0);
 }
@@ -42,7 +42,7 @@ TEST(PatternFiles, TheDescriptionIsWhatACaptureTakes) {
   const TemporaryFolder home;
   const std::vector<StripeOrientation> orientations = {{.bits = 6},
                                                        {.angle_rad = M_PI / 3, .bits = 7, .inverse = false}};
-  ASSERT_TRUE(write_patterns(home.path(), orientations, panel, {}));
+  ASSERT_TRUE(write_patterns(home.path(), orientations, kPanelSize, {}));
   std::string text = content_of(home / "patterns.yaml");
   const std::string camera =
       "sensors:\n  cam: {kind: camera, size_px: [100, 80], files: \"{station}_{frame:02}.png\"}\n";

@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-Rig example() {
+Rig example_rig() {
   Rig rig;
   rig.sensors.push_back({"cam0",
                          SensorKind::camera,
@@ -51,15 +51,15 @@ void expect_same(const Rig& a, const Rig& b) {
 
 TEST(RigFile, IsReadBackExactly) {
   const TemporaryFolder home;
-  ASSERT_TRUE(write_rig(home.path(), example()));
+  ASSERT_TRUE(write_rig(home.path(), example_rig()));
   const auto read = read_rig(home.path());
   ASSERT_TRUE(read) << read.error().message;
-  expect_same(*read, example());
+  expect_same(*read, example_rig());
 }
 
 TEST(RigFile, WithoutCovarianceAndSigma) {
   const TemporaryFolder home;
-  Rig rig = example();
+  Rig rig = example_rig();
   rig.covariance = {};
   rig.sigma_px.clear();
   ASSERT_TRUE(write_rig(home.path(), rig));
@@ -69,7 +69,7 @@ TEST(RigFile, WithoutCovarianceAndSigma) {
 
 TEST(RigFile, NamesHoldAnyText) {
   const TemporaryFolder home;
-  Rig rig = example();
+  Rig rig = example_rig();
   rig.sigma_px = {{"line\nbreak \"quoted\" \\ \x01\x7f", 0.5}};
   ASSERT_TRUE(write_rig(home.path(), rig));
   const auto read = read_rig(home.path());
@@ -80,7 +80,7 @@ TEST(RigFile, NamesHoldAnyText) {
 TEST(RigFile, RefusesToWriteWhatCouldNotBeRead) {
   const TemporaryFolder home;
   const auto message = [&](auto&& change) {
-    Rig rig = example();
+    Rig rig = example_rig();
     change(rig);
     const auto written = write_rig(home.path(), rig);
     return written ? std::string("no error") : written.error().message;
@@ -111,7 +111,7 @@ class DamagedRig : public testing::TestWithParam<Damage> {};
 
 TEST_P(DamagedRig, IsRefusedNamingFileAndPlace) {
   const TemporaryFolder home;
-  ASSERT_TRUE(write_rig(home.path(), example()));
+  ASSERT_TRUE(write_rig(home.path(), example_rig()));
   const Damage& damage = GetParam();
   ASSERT_THAT(content_of(home / damage.file), HasSubstr(damage.old_text));
   replace_in(home / damage.file, damage.old_text, damage.new_text);
@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(RigFile, DamagedRig,
 TEST(RigFile, MissingFilesAreNamed) {
   const TemporaryFolder home;
   EXPECT_THAT(read_rig(home / "none").error().message, HasSubstr("none/rig.yaml"));
-  ASSERT_TRUE(write_rig(home.path(), example()));
+  ASSERT_TRUE(write_rig(home.path(), example_rig()));
   std::filesystem::remove(home / "cam0.cameramodel");
   EXPECT_THAT(read_rig(home.path()).error().message, HasSubstr("cam0.cameramodel"));
 }

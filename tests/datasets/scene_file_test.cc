@@ -21,7 +21,7 @@ std::string small_text() {
   return text.str();
 }
 
-std::string error_with(const std::string& from, const std::string& to) {
+std::string scene_error_with(const std::string& from, const std::string& to) {
   std::string text = small_text();
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
@@ -51,22 +51,24 @@ TEST(SceneFile, reads_the_scenes_that_come_with_the_program) {
 }
 
 TEST(SceneFile, names_line_column_and_field_of_a_mistake) {
-  EXPECT_THAT(error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("s.yaml:12:5: sensors.cam0"));
-  EXPECT_THAT(error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("blur_px"));
-  EXPECT_THAT(error_with("pitch_mm: 24", "pitch_mm: twenty"), HasSubstr("board.pitch_mm"));
-  EXPECT_THAT(error_with("bits: 8", "bits: 7"), HasSubstr("8 to 16"));
-  EXPECT_THAT(error_with("exposure: 0.8", "gamma: 2"), HasSubstr("gamma"));
-  EXPECT_THAT(error_with("seed: 7", "seed: \"7\""), HasSubstr("seed"));
-  EXPECT_THAT(error_with("bits: 9}", "bits: 4}"), HasSubstr("patterns.orientations[0]"));
-  EXPECT_THAT(error_with("0.05, 0.0005,", "0.05, 0.0005, 0, 0, 0,"), HasSubstr("at most 5 distortion terms"));
-  EXPECT_THAT(error_with("position_mm: [180, 0, 0]", "position_mm: [180, 0]"), HasSubstr("must hold 3 numbers"));
-  EXPECT_THAT(error_with("id: board_2", "id: board_1"), HasSubstr("listed twice"));
-  EXPECT_THAT(error_with("id: board_2", "id: .."), HasSubstr("not . or .."));
-  EXPECT_THAT(error_with("focal_px: [441.2", "model: LENSMODEL_NONE, focal_px: [441.2"), HasSubstr("LENSMODEL_NONE"));
-  EXPECT_THAT(error_with("board: {position_mm: [0, 0, 500]", "plate: {position_mm: [0, 0, 500]"),
+  EXPECT_THAT(scene_error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("s.yaml:12:5: sensors.cam0"));
+  EXPECT_THAT(scene_error_with("blur_px: 0.4", "blur_mm: 0.4"), HasSubstr("blur_px"));
+  EXPECT_THAT(scene_error_with("pitch_mm: 24", "pitch_mm: twenty"), HasSubstr("board.pitch_mm"));
+  EXPECT_THAT(scene_error_with("bits: 8", "bits: 7"), HasSubstr("8 to 16"));
+  EXPECT_THAT(scene_error_with("exposure: 0.8", "gamma: 2"), HasSubstr("gamma"));
+  EXPECT_THAT(scene_error_with("seed: 7", "seed: \"7\""), HasSubstr("seed"));
+  EXPECT_THAT(scene_error_with("bits: 9}", "bits: 4}"), HasSubstr("patterns.orientations[0]"));
+  EXPECT_THAT(scene_error_with("0.05, 0.0005,", "0.05, 0.0005, 0, 0, 0,"), HasSubstr("at most 5 distortion terms"));
+  EXPECT_THAT(scene_error_with("position_mm: [180, 0, 0]", "position_mm: [180, 0]"), HasSubstr("must hold 3 numbers"));
+  EXPECT_THAT(scene_error_with("id: board_2", "id: board_1"), HasSubstr("listed twice"));
+  EXPECT_THAT(scene_error_with("id: board_2", "id: .."), HasSubstr("not . or .."));
+  EXPECT_THAT(scene_error_with("focal_px: [441.2", "model: LENSMODEL_NONE, focal_px: [441.2"),
+              HasSubstr("LENSMODEL_NONE"));
+  EXPECT_THAT(scene_error_with("board: {position_mm: [0, 0, 500]", "plate: {position_mm: [0, 0, 500]"),
               HasSubstr("either `board` or `panel`"));
-  EXPECT_THAT(error_with("kind: projector", "kind: camera"), HasSubstr("projector"));
-  EXPECT_THAT(error_with("bulge_radius_mm: [1500, 700]", "bulge_radius_mm: [1500, 0]"), HasSubstr("50 mm or more"));
+  EXPECT_THAT(scene_error_with("kind: projector", "kind: camera"), HasSubstr("projector"));
+  EXPECT_THAT(scene_error_with("bulge_radius_mm: [1500, 700]", "bulge_radius_mm: [1500, 0]"),
+              HasSubstr("50 mm or more"));
 }
 
 TEST(SceneFile, its_capture_can_be_read_whatever_its_names_are) {

@@ -16,14 +16,14 @@ namespace {
 const ImageSize kSize{1024, 768};
 constexpr double kTolerance = 1e-8;
 
-struct Case {
+struct LensCase {
   const char* name;
   std::string model;
   std::vector<double> parameters;
 };
 
 // A splined lens whose control points lie anywhere, some percent of a focal length off.
-Case splined(const char* name, const std::string& grid, double focal_px) {
+LensCase splined(const char* name, const std::string& grid, double focal_px) {
   const std::string model = "LENSMODEL_SPLINED_STEREOGRAPHIC_" + grid;
   std::vector<double> parameters(lens_parameter_names(model).size());
   std::mt19937_64 generator(5);
@@ -36,7 +36,7 @@ Case splined(const char* name, const std::string& grid, double focal_px) {
   return {name, model, parameters};
 }
 
-class LensModel : public testing::TestWithParam<Case> {
+class LensModel : public testing::TestWithParam<LensCase> {
  protected:
   static Lens lens() { return Lens::create(GetParam().model, kSize, GetParam().parameters).value(); }
   static Eigen::VectorXd parameters() {
@@ -107,16 +107,17 @@ TEST_P(LensModel, NamesEveryParameter) {
 INSTANTIATE_TEST_SUITE_P(
     Models, LensModel,
     testing::Values(
-        Case{"Pinhole", "LENSMODEL_PINHOLE", {1400, 1410, 500, 390}},
-        Case{"Opencv4", "LENSMODEL_OPENCV4", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3}},
-        Case{"Opencv5", "LENSMODEL_OPENCV5", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05}},
-        Case{"Opencv8", "LENSMODEL_OPENCV8", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02}},
-        Case{
+        LensCase{"Pinhole", "LENSMODEL_PINHOLE", {1400, 1410, 500, 390}},
+        LensCase{"Opencv4", "LENSMODEL_OPENCV4", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3}},
+        LensCase{"Opencv5", "LENSMODEL_OPENCV5", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05}},
+        LensCase{
+            "Opencv8", "LENSMODEL_OPENCV8", {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02}},
+        LensCase{
             "StrongOpencv8", "LENSMODEL_OPENCV8", {800, 805, 500, 390, 0.9, 0.05, 1e-3, -2e-3, 0.002, 1.3, 0.25, 0.01}},
-        Case{"Opencv12",
-             "LENSMODEL_OPENCV12",
-             {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02, 2e-3, 1e-3, -3e-3, 5e-4}},
-        Case{"Cahvor", "LENSMODEL_CAHVOR", {1400, 1410, 500, 390, 0.02, -0.03, 0.01, -0.15, 0.08}},
+        LensCase{"Opencv12",
+                 "LENSMODEL_OPENCV12",
+                 {1400, 1410, 500, 390, -0.2, 0.1, 1e-3, -2e-3, 0.05, 0.1, -0.05, 0.02, 2e-3, 1e-3, -3e-3, 5e-4}},
+        LensCase{"Cahvor", "LENSMODEL_CAHVOR", {1400, 1410, 500, 390, 0.02, -0.03, 0.01, -0.15, 0.08}},
         splined("Cubic", "order=3_Nx=11_Ny=9_fov_x_deg=50", 1400),
         splined("Quadratic", "order=2_Nx=9_Ny=8_fov_x_deg=55", 1400),
         splined("FarBehind", "order=3_Nx=16_Ny=14_fov_x_deg=260", 160)),

@@ -130,12 +130,12 @@ Eigen::VectorXd common_step(const Parameters& parameters, const CalibrationState
   return step;
 }
 
-struct Case {
+struct ProblemCase {
   const char* name;
   std::unique_ptr<Problem> (*make)();
 };
 
-class MinimiseAndCeres : public testing::TestWithParam<Case> {};
+class MinimiseAndCeres : public testing::TestWithParam<ProblemCase> {};
 
 TEST_P(MinimiseAndCeres, ReachTheSameOptimum) {
   const auto given = GetParam().make();
@@ -159,14 +159,14 @@ TEST_P(MinimiseAndCeres, ReachTheSameOptimum) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, MinimiseAndCeres,
-                         testing::Values(Case{"AllKinds", all_kinds}, Case{"Discs", discs},
-                                         Case{"ALensHeld", a_lens_held},
-                                         Case{"OutliersAndInflation", outliers_and_inflation},
-                                         Case{"CauchyLoss", cauchy_loss},
-                                         Case{"TwoBoardsOfUncertainScale", two_boards_of_uncertain_scale},
-                                         Case{"RationalLensesUnderAWeakPrior", rational_lenses_under_a_weak_prior}),
-                         [](const testing::TestParamInfo<Case>& each) { return each.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Of, MinimiseAndCeres,
+    testing::Values(ProblemCase{"AllKinds", all_kinds}, ProblemCase{"Discs", discs},
+                    ProblemCase{"ALensHeld", a_lens_held}, ProblemCase{"OutliersAndInflation", outliers_and_inflation},
+                    ProblemCase{"CauchyLoss", cauchy_loss},
+                    ProblemCase{"TwoBoardsOfUncertainScale", two_boards_of_uncertain_scale},
+                    ProblemCase{"RationalLensesUnderAWeakPrior", rational_lenses_under_a_weak_prior}),
+    [](const testing::TestParamInfo<ProblemCase>& each) { return each.param.name; });
 
 TEST(Minimise, TheSameBitsAtAnyThreadCount) {
   for (const auto& make : {two_boards_of_uncertain_scale, discs, rational_lenses_under_a_weak_prior}) {

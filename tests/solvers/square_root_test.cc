@@ -10,20 +10,20 @@
 namespace crumple {
 namespace {
 
-const BlockId kLens0{BlockId::Kind::lens, 0};
-const BlockId kPlacement2{BlockId::Kind::placement, 2};
+const BlockId kFirstLens{BlockId::Kind::lens, 0};
+const BlockId kThirdPlacement{BlockId::Kind::placement, 2};
 
 // One refinement at its truth. The priors are of all sorts: of a lens, and of a placement together with a lens.
-struct Problem {
-  explicit Problem(const char* model)
+struct RootProblem {
+  explicit RootProblem(const char* model)
       : made(make_synthetic({.placements = 6, .corner_sigma_px = 0.2, .model = model, .warp_mm = {0.6, -0.4}})),
         views(make_views(made.observations, made.truth.board_of)),
         parameters(made.truth, views, {{BlockId::Kind::mount, 0}, {BlockId::Kind::scale, 0}}) {
     const Eigen::Vector3d sigma(1e-3, 2, 3e-2);
-    priors.push_back(Prior::create("some", {{kPlacement2, 1}, {kLens0, 3}, {kPlacement2, 4}}, made.truth,
+    priors.push_back(Prior::create("some", {{kThirdPlacement, 1}, {kFirstLens, 3}, {kThirdPlacement, 4}}, made.truth,
                                    sigma.cwiseAbs2().asDiagonal())
                          .value());
-    priors.push_back(Prior::create("fx", {{kLens0, 0}}, made.truth, Eigen::MatrixXd::Constant(1, 1, 4)).value());
+    priors.push_back(Prior::create("fx", {{kFirstLens, 0}}, made.truth, Eigen::MatrixXd::Constant(1, 1, 4)).value());
   }
 
   NormalEquations::Evaluate evaluate() const {
@@ -45,7 +45,7 @@ struct Problem {
 // The whole Jacobian, dense.
 class Whole {
  public:
-  explicit Whole(const Problem& problem) : parameters_(problem.parameters), rows_(0, problem.parameters.size()) {
+  explicit Whole(const RootProblem& problem) : parameters_(problem.parameters), rows_(0, problem.parameters.size()) {
     for (std::size_t v = 0; v < problem.views.size(); ++v) {
       ViewEvaluation evaluation;
       problem.evaluate()(v, evaluation);
@@ -96,7 +96,7 @@ double apart(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 }
 
 TEST(SquareRoot, SquaredIsTheReducedInformation) {
-  const Problem problem("LENSMODEL_OPENCV4");
+  const RootProblem problem("LENSMODEL_OPENCV4");
   const Eigen::MatrixXd root =
       reduced_square_root(problem.views, problem.parameters, problem.evaluate(), problem.priors, problem.made.truth, 1);
   EXPECT_TRUE(root.isUpperTriangular());
@@ -104,7 +104,7 @@ TEST(SquareRoot, SquaredIsTheReducedInformation) {
 }
 
 TEST(SquareRoot, TheSameBitsAtAnyThreadCount) {
-  const Problem problem("LENSMODEL_OPENCV8");
+  const RootProblem problem("LENSMODEL_OPENCV8");
   const auto at = [&](int threads) {
     return reduced_square_root(problem.views, problem.parameters, problem.evaluate(), problem.priors,
                                problem.made.truth, threads);
@@ -114,7 +114,7 @@ TEST(SquareRoot, TheSameBitsAtAnyThreadCount) {
 
 // Rational lenses that a prior hardly holds: squaring the Jacobian costs more digits than a covariance should lose.
 TEST(Covariance, SharpenedHasTheDigitsThatSquaringCosts) {
-  Problem problem("LENSMODEL_OPENCV8");
+  RootProblem problem("LENSMODEL_OPENCV8");
   for (const std::size_t sensor : {0U, 1U}) {
     const BlockId lens{BlockId::Kind::lens, sensor};
     problem.priors.push_back(Prior::create("weak", {{lens, 9}, {lens, 10}, {lens, 11}}, problem.made.truth,

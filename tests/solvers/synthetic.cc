@@ -5,10 +5,10 @@
 namespace crumple {
 namespace {
 
-constexpr ImageSize kSize{1024, 768};
+constexpr ImageSize kMadeSize{1024, 768};
 
 Lens lens(const char* model, double f, Eigen::Vector2d c, double k1) {
-  Lens undistorted = Lens::undistorted(model, kSize, f, f * 1.003, c).value();
+  Lens undistorted = Lens::undistorted(model, kMadeSize, f, f * 1.003, c).value();
   std::vector<double> parameters = undistorted.parameters();
   if (parameters.size() > 5) {
     parameters[4] = k1;

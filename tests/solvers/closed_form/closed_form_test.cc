@@ -10,14 +10,14 @@
 namespace crumple {
 namespace {
 
-struct Views {
+struct PinholeViews {
   Synthetic made;
   std::vector<Eigen::Matrix3d> homographies;
 };
 
-Views views(SyntheticOptions options) {
+PinholeViews views(SyntheticOptions options) {
   options.model = "LENSMODEL_PINHOLE";
-  Views result{make_synthetic(options), {}};
+  PinholeViews result{make_synthetic(options), {}};
   for (const CornerView& view : result.made.observations.corners) {
     Points2d on_board;
     for (const int corner : view.corners) on_board.push_back(result.made.truth.boards[0].point(corner).head<2>());
@@ -44,7 +44,7 @@ TEST(Homography, RefusesPointsOnALine) {
 }
 
 TEST(Zhang, RecoversIntrinsicsAndPoses) {
-  const Views v = views({});
+  const PinholeViews v = views({});
   const PinholeIntrinsics k = zhang_intrinsics(v.homographies).value();
   const std::vector<double>& truth = v.made.truth.rig.sensors[0].lens.parameters();
   EXPECT_NEAR(k.focal_x_px, truth[0], 1e-6);
@@ -88,7 +88,7 @@ TEST(Zhang, NoiseLeavesAUsableStart) {
 }
 
 TEST(Zhang, RefusesParallelPlacements) {
-  Views v = views({.placements = 1});
+  PinholeViews v = views({.placements = 1});
   const Eigen::Matrix3d k = PinholeIntrinsics{1400, 1404, {515, 380}}.matrix();
   std::vector<Eigen::Matrix3d> parallel;
   for (int i = 0; i < 5; ++i) {
@@ -148,7 +148,7 @@ TEST(Zhang, AcceptsSmallTiltsUnderNoise) {
 }
 
 TEST(Resection, RecoversAProjectorWithAnOffsetLens) {
-  const Views v = views({.placements = 3});
+  const PinholeViews v = views({.placements = 3});
   std::vector<Eigen::Vector3d> points;
   Points2d pixels;
   const Sensor& projector = v.made.truth.rig.sensors[1];

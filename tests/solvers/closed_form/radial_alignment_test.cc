@@ -55,7 +55,7 @@ std::vector<Pose> tilted_poses() {
   return poses;
 }
 
-void expect_recovered(const RadialLens& lens, std::vector<Pose> poses) {
+void expect_recovered(const RadialLens& lens, const std::vector<Pose>& poses, double tolerance) {
   std::vector<PlaneView> views;
   for (const Pose& pose : poses) views.push_back(seen(lens, pose));
   const auto found = align_radially(kCentre, views);
@@ -63,19 +63,20 @@ void expect_recovered(const RadialLens& lens, std::vector<Pose> poses) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     ASSERT_TRUE((*found)[i]) << i;
     const Vector6d step = local_step(*(*found)[i], poses[i]);
-    EXPECT_LT(step.head<3>().norm(), 1e-9) << i;
-    EXPECT_LT(step.tail<3>().norm(), 1e-6) << i;
+    EXPECT_LT(step.head<3>().norm(), tolerance) << i;
+    EXPECT_LT(step.tail<3>().norm(), 1e3 * tolerance) << i;
   }
 }
 
-TEST(RadialAlignment, RecoversPosesBehindAStronglyBendingLens) { expect_recovered(kBent, tilted_poses()); }
+TEST(RadialAlignment, RecoversPosesBehindAStronglyBendingLens) { expect_recovered(kBent, tilted_poses(), 1e-9); }
 
-TEST(RadialAlignment, RecoversPosesBehindAPinhole) { expect_recovered(kPinhole, tilted_poses()); }
+TEST(RadialAlignment, RecoversPosesBehindAPinhole) { expect_recovered(kPinhole, tilted_poses(), 1e-9); }
 
+// The constraint knows of a tilt through its square: of none, half the digits.
 TEST(RadialAlignment, RecoversAPlaneParallelToTheImageBesideTiltedOnes) {
   std::vector<Pose> poses = tilted_poses();
   poses.push_back({Eigen::Quaterniond::Identity(), {5, -7, 400}});
-  expect_recovered(kBent, poses);
+  expect_recovered(kBent, poses, 1e-6);
 }
 
 TEST(RadialAlignment, RefusesPlanesParallelToTheImage) {
