@@ -1,5 +1,6 @@
 #include "calib/calibrate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -44,7 +45,11 @@ Expected<void> add_start_priors(const CalibrationState& start, BundleOptions& op
     std::vector<PriorTerm> terms;
     for (int row = kCore; row < lens.parameter_count(); ++row) terms.push_back({{BlockId::Kind::lens, s}, row});
     const auto count = static_cast<Eigen::Index>(terms.size());
-    auto prior = Prior::create(start.rig.sensors[s].name + ".start", std::move(terms), start,
+    CalibrationState undistorted = start;
+    std::vector<double> parameters = lens.parameters();
+    std::fill(parameters.begin() + kCore, parameters.end(), 0);
+    undistorted.rig.sensors[s].lens = lens.with_parameters(parameters);
+    auto prior = Prior::create(start.rig.sensors[s].name + ".start", std::move(terms), undistorted,
                                kDistortionSigma * kDistortionSigma * Eigen::MatrixXd::Identity(count, count));
     if (!prior) return tl::unexpected(prior.error());
     options.priors.push_back(std::move(*prior));
