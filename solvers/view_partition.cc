@@ -6,7 +6,7 @@
 namespace crumple {
 namespace {
 
-constexpr std::size_t kMostParts = 32;
+constexpr std::size_t kMostViewParts = 32;
 constexpr std::size_t kLeastParts = 4;
 constexpr std::size_t kPartsEntries = 8'000'000;  // of the common equations, in all parts together
 
@@ -14,7 +14,7 @@ constexpr std::size_t kPartsEntries = 8'000'000;  // of the common equations, in
 
 std::size_t part_count(int common_size) {
   const auto entries = static_cast<std::size_t>(std::max(common_size, 1)) * static_cast<std::size_t>(common_size + 1);
-  return std::clamp(kPartsEntries / std::max<std::size_t>(entries, 1), kLeastParts, kMostParts);
+  return std::clamp(kPartsEntries / std::max<std::size_t>(entries, 1), kLeastParts, kMostViewParts);
 }
 
 ViewPartition partition(const std::vector<std::unique_ptr<View>>& views, std::size_t parts) {
