@@ -1,11 +1,16 @@
 #include "tracking/hand_eye.h"
 
 #include <algorithm>
+#include <numbers>
+
+#include <fmt/format.h>
 
 #include "tracking/median.h"
 
 namespace crumple {
 namespace {
+
+constexpr double kContradiction_rad = 0.2;
 
 std::vector<PosePair> pairs_at(const PairSource& source, double offset_s) {
   std::vector<PosePair> pairs;
@@ -33,6 +38,19 @@ Pose median_board(const std::vector<PosePair>& pairs, const Pose& hand_from_eye)
   return {nearest->rotation, median};
 }
 
+// With the eye's poses the wrong way round angles still agree and axes do not.
+Expected<void> check_sense(const std::vector<PosePair>& pairs, const HandEyeStart& start) {
+  if (start.axis_rms_rad < kContradiction_rad) return {};
+  std::vector<PosePair> inverted = pairs;
+  for (PosePair& pair : inverted) pair.board_from_eye = pair.board_from_eye.inverse();
+  const auto other = hand_eye_start(select_motions(inverted).motions);
+  if (!other || other->axis_rms_rad > 0.5 * start.axis_rms_rad) return {};
+  return fail(
+      fmt::format("the second poses fit far better the other way round (axes agree to {:.2g} deg, not {:.2g}): "
+                  "they map the fixed frame into the moving one; invert them",
+                  other->axis_rms_rad * 180 / std::numbers::pi, start.axis_rms_rad * 180 / std::numbers::pi));
+}
+
 Expected<HandEyeCalibration> calibrate_from(const PairSource& source, double offset_s) {
   const std::vector<PosePair> pairs = pairs_at(source, offset_s);
   const SelectedMotions selected = select_motions(pairs);
@@ -40,6 +58,7 @@ Expected<HandEyeCalibration> calibrate_from(const PairSource& source, double off
   calibration.motions = selected.motions.size();
   auto start = hand_eye_start(selected.motions);
   if (!start) return tl::unexpected(start.error());
+  if (const auto sense = check_sense(pairs, *start); !sense) return tl::unexpected(sense.error());
   calibration.start = *start;
   const HandEyeState state{start->hand_from_eye, median_board(pairs, start->hand_from_eye), offset_s};
   auto fit = refine_hand_eye(source, state);

@@ -13,7 +13,7 @@ constexpr double kMedianOfThree = 2.366;
 constexpr double kFloor_rad = 1e-12, kFloor_mm = 1e-9;  // made poses without noise
 constexpr std::size_t kPairsForShare = 8;
 constexpr double kParametersOfEach = 6;
-constexpr int kSections = 40;
+constexpr int kSections = 25;
 
 // Squares of e along and across the lever, for one hand's share.
 struct Split {
@@ -47,9 +47,22 @@ double unlikelihood(const std::vector<Split>& splits, double swing_square, doubl
 // By golden section; the functions here have one minimum.
 double minimum_between(double low, double high, const std::function<double(double)>& function) {
   const double golden = 0.5 * (std::sqrt(5.0) - 1);
+  double left = high - golden * (high - low), right = low + golden * (high - low);
+  double at_left = function(left), at_right = function(right);
   for (int i = 0; i < kSections; ++i) {
-    const double left = high - golden * (high - low), right = low + golden * (high - low);
-    (function(left) < function(right) ? high : low) = function(left) < function(right) ? right : left;
+    if (at_left < at_right) {
+      high = right;
+      right = left;
+      at_right = at_left;
+      left = high - golden * (high - low);
+      at_left = function(left);
+    } else {
+      low = left;
+      left = right;
+      at_left = at_right;
+      right = low + golden * (high - low);
+      at_right = function(right);
+    }
   }
   return 0.5 * (low + high);
 }

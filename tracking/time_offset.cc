@@ -19,7 +19,7 @@ constexpr double kLeastCorrelation = 0.5;
 constexpr double kValley = 0.8;  // of the peak
 constexpr double kRivalShare = 0.95;
 constexpr double kFlat_rad = 2e-3;  // standard deviation of the signal, against rounding and jitter
-constexpr int kRounds = 10;
+constexpr int kOffsetRounds = 10;
 
 struct Grid {
   double window_s;
@@ -110,7 +110,7 @@ TimeOffset refined(const PoseStream& a, const PoseStream& b, const Grid& grid, c
                    double offset_s) {
   TimeOffset result;
   result.offset_s = offset_s;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kOffsetRounds; ++round) {
     const double h = 0.5 * grid.step_s;
     double squares = 0, slope_squares = 0, product = 0, n = 0;
     for (std::size_t i = 0; i < signal.size(); ++i) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
+#include <opencv2/core/eigen.hpp>
 
 #include "datasets/formats/foreign_rig.h"
 #include "datasets/limits.h"

@@ -8,7 +8,7 @@ namespace crumple {
 namespace {
 
 constexpr int quantile_cells = 4096;
-constexpr double gaussian_reach = 4;
+constexpr double sampled_reach = 4;
 
 using DirectionNumbers = std::array<std::uint32_t, 32>;
 
@@ -95,7 +95,7 @@ Eigen::Vector2d on_disc(const Eigen::Vector2d& unit) {
 }
 
 Footprint::Footprint(double blur_px) : quantiles_(quantile_cells + 1) {
-  const double reach = 0.5 + gaussian_reach * blur_px;
+  const double reach = 0.5 + sampled_reach * blur_px;
   for (int i = 0; i <= quantile_cells; ++i) {
     const double share = static_cast<double>(i) / quantile_cells;
     double low = -reach;

@@ -13,7 +13,7 @@ namespace crumple {
 namespace {
 
 constexpr double kSmallestTurn_rad = 1e-3;
-constexpr double kAboveNoise = 5;
+constexpr double kAboveNoise = 2;
 constexpr double kHalfTurnMargin_rad = 0.09;
 constexpr double kDegree = std::numbers::pi / 180;
 
