@@ -25,7 +25,10 @@ nlohmann::json pose_json(const Pose& pose, const HandEyeFit& fit, Eigen::Index f
 }
 
 nlohmann::json scatter_json(const BoardScatter& scatter) {
-  return {{"pairs", scatter.pairs}, {"rms_mm", scatter.rms_mm}, {"rms_deg", kRadianInDegrees * scatter.rms_rad}};
+  return {{"pairs", scatter.pairs},
+          {"rms_mm", scatter.rms_mm},
+          {"median_mm", scatter.median_mm},
+          {"rms_deg", kRadianInDegrees * scatter.rms_rad}};
 }
 
 nlohmann::json stream_json(const PoseStream& stream) {
@@ -96,9 +99,10 @@ std::string hand_eye_text(const HandEyeCalibration& calibration, const HandEyeVe
         fmt::format("time offset: {:.3f} +- {:.3f} ms (hand time = eye time + offset; correlation {:.3f})\n",
                     1e3 * fit.state.offset_s, 1e3 * std::sqrt(fit.covariance(12, 12)), calibration.offset->correlation);
   }
-  text += fmt::format("board scatter: {:.3f} mm, {:.3f} deg RMS; over all pairs {:.3f} mm, {:.3f} deg\n",
-                      calibration.scatter.rms_mm, kRadianInDegrees * calibration.scatter.rms_rad,
-                      calibration.scatter_all.rms_mm, kRadianInDegrees * calibration.scatter_all.rms_rad);
+  text += fmt::format(
+      "board scatter: {:.3f} mm, {:.3f} deg RMS, median {:.3f} mm; over all pairs {:.3f} mm, {:.3f} deg\n",
+      calibration.scatter.rms_mm, kRadianInDegrees * calibration.scatter.rms_rad, calibration.scatter.median_mm,
+      calibration.scatter_all.rms_mm, kRadianInDegrees * calibration.scatter_all.rms_rad);
   return text;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solvers/decompositions.h"
+#include "tracking/median.h"
 
 namespace crumple {
 namespace {
@@ -13,6 +14,18 @@ Eigen::Quaterniond mean_rotation(const std::vector<Pose>& poses) {
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
   for (const Pose& pose : poses) sum += pose.rotation.coeffs() * pose.rotation.coeffs().transpose();
   return Eigen::Quaterniond(Eigen::Vector4d(symmetric_eigen(sum).vectors.col(3)));
+}
+
+double median_distance(const std::vector<Pose>& boards) {
+  Eigen::Vector3d median;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Pose& board : boards) values.push_back(board.translation[axis]);
+    median[axis] = median_of(values);
+  }
+  std::vector<double> distances;
+  for (const Pose& board : boards) distances.push_back((board.translation - median).norm());
+  return median_of(distances);
 }
 
 }  // namespace
@@ -30,7 +43,7 @@ BoardScatter board_scatter(const std::vector<PosePair>& pairs, const std::vector
   const auto count = static_cast<double>(boards.size());
   mean /= count;
   const Eigen::Quaterniond rotation = mean_rotation(boards);
-  BoardScatter scatter{boards.size(), 0, 0};
+  BoardScatter scatter{.pairs = boards.size(), .median_mm = median_distance(boards)};
   for (const Pose& board : boards) {
     scatter.rms_mm += (board.translation - mean).squaredNorm() / count;
     scatter.rms_rad += std::pow(board.rotation.angularDistance(rotation), 2) / count;

@@ -10,8 +10,9 @@ namespace crumple {
 
 struct BoardScatter {
   std::size_t pairs = 0;
-  double rms_mm = 0;   // root of the mean of |p_i - mean|^2: a length in space, not per axis
-  double rms_rad = 0;  // the same of the angle between the orientation and the mean orientation
+  double rms_mm = 0;     // root of the mean of |p_i - mean|^2: a length in space, not per axis
+  double median_mm = 0;  // of |p_i - median|, the median taken axis by axis: what few wild poses do not move
+  double rms_rad = 0;    // the same of the angle between the orientation and the mean orientation
 };
 
 // `accepted` leaves pairs out where it is not empty. Precondition: a pair at least is left.

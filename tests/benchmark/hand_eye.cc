@@ -80,11 +80,15 @@ Json honesty(const std::vector<CampaignCase>& cases) {
 
 Json recording(const RealHandEye& set, const RealComparison& comparison) {
   const HandEyeFit& fit = comparison.calibration.fit;
-  fmt::print("\n{}: offset {:.2f} ms, scatter {:.3f} mm over {} accepted pairs, {:.3f} mm over all {}\n", set.name,
-             1e3 * fit.state.offset_s, comparison.calibration.scatter.rms_mm, comparison.calibration.scatter.pairs,
-             comparison.calibration.scatter_all.rms_mm, fit.pairs.size());
   fmt::print(
-      "| pairs | count | method | hand_from_eye, mm | scatter, mm | scatter, deg |\n|---|---|---|---|---|---|\n");
+      "\n{}: offset {:.2f} ms, scatter {:.3f} mm RMS (median {:.3f}) over {} accepted pairs, {:.3f} mm (median {:.3f}) "
+      "over all {}\n",
+      set.name, 1e3 * fit.state.offset_s, comparison.calibration.scatter.rms_mm,
+      comparison.calibration.scatter.median_mm, comparison.calibration.scatter.pairs,
+      comparison.calibration.scatter_all.rms_mm, comparison.calibration.scatter_all.median_mm, fit.pairs.size());
+  fmt::print(
+      "| pairs | count | method | hand_from_eye, mm | RMS, mm | median, mm | RMS, deg "
+      "|\n|---|---|---|---|---|---|---|\n");
   Json json{{"name", set.name},
             {"offset_s", fit.state.offset_s},
             {"accepted", comparison.calibration.scatter.pairs},
@@ -95,13 +99,14 @@ Json recording(const RealHandEye& set, const RealComparison& comparison) {
     for (const MethodScatter& m : pairs.methods) {
       const Eigen::Vector3d& t = m.hand_from_eye.translation;
       const double deg = m.scatter.rms_rad * 180 / std::numbers::pi;
-      fmt::print("| {} | {} | {} | {:.1f} {:.1f} {:.1f} | {:.3f} | {:.3f} |\n", pairs.pairs, m.scatter.pairs, m.method,
-                 t.x(), t.y(), t.z(), m.scatter.rms_mm, deg);
+      fmt::print("| {} | {} | {} | {:.1f} {:.1f} {:.1f} | {:.3f} | {:.3f} | {:.3f} |\n", pairs.pairs, m.scatter.pairs,
+                 m.method, t.x(), t.y(), t.z(), m.scatter.rms_mm, m.scatter.median_mm, deg);
       json["rows"].push_back({{"pairs", pairs.pairs},
                               {"count", m.scatter.pairs},
                               {"method", m.method},
                               {"translation_mm", {t.x(), t.y(), t.z()}},
                               {"scatter_mm", m.scatter.rms_mm},
+                              {"scatter_median_mm", m.scatter.median_mm},
                               {"scatter_deg", deg}});
     }
   }

@@ -15,6 +15,8 @@ TEST(BoardScatter, IsTheDistanceFromTheMean) {
   EXPECT_NEAR(scatter.rms_mm, 3, 1e-12);
   EXPECT_NEAR(scatter.rms_rad, 0.1, 1e-9);
   EXPECT_GT(board_scatter(pairs, {}, {}).rms_mm, 400);
+  pairs.resize(7);
+  EXPECT_NEAR(board_scatter(pairs, {}, {}).median_mm, 0, 1e-12);
 }
 
 TEST(BoardScatter, AHandEyePoseSwingsTheBoard) {

@@ -22,8 +22,13 @@ TEST(MotionSelection, LeavesOutMotionsInWhichHandAndEyeDisagree) {
 TEST(MotionSelection, SeeksLargeRotationsAboutDifferentAxes) {
   std::mt19937 random(2);
   MadeHandEye made = make_hand_eye({.poses = 400, .turn_deg = 50, .spread_deg = 2}, random);
-  const MadeHandEye others = make_hand_eye({.poses = 6, .turn_deg = 50, .spread_deg = 90}, random);
-  made.pairs.insert(made.pairs.end(), others.pairs.begin(), others.pairs.end());
+  for (const std::size_t i : {100, 200, 300}) {
+    const Pose turn{rotation_from_vector(0.01 * static_cast<double>(i) * Eigen::Vector3d(0.2, -0.1, 0.3)), {5, 6, 7}};
+    PosePair other = made.pairs[i];
+    other.world_from_hand = other.world_from_hand * turn;
+    other.board_from_eye = other.board_from_eye * made.hand_from_eye.inverse() * turn * made.hand_from_eye;
+    made.pairs.push_back(other);
+  }
   const SelectedMotions selected = select_motions(made.pairs);
   ASSERT_FALSE(selected.motions.empty());
   EXPECT_LE(selected.motions.size(), 200U);

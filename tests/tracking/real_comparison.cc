@@ -22,16 +22,21 @@ std::vector<PosePair> accepted_pairs(const HandEyeFit& fit) {
   return accepted;
 }
 
-std::vector<PosePair> slow_pairs(const HandEyeFit& fit) {
-  std::vector<double> speeds;
-  for (const PosePair& pair : fit.pairs) speeds.push_back(pair.hand_rate.angular_rad_s.norm());
+std::vector<PosePair> calm_pairs(const HandEyeFit& fit) {
+  std::vector<double> speeds{0};
+  for (std::size_t i = 1; i < fit.pairs.size(); ++i) {
+    const PosePair& pair = fit.pairs[i];
+    const PosePair& last = fit.pairs[i - 1];
+    speeds.push_back(pair.board_from_eye.rotation.angularDistance(last.board_from_eye.rotation) /
+                     (pair.time_s - last.time_s));
+  }
   std::vector<double> sorted = speeds;
   std::sort(sorted.begin(), sorted.end());
-  std::vector<PosePair> slow;
+  std::vector<PosePair> calm;
   for (std::size_t i = 0; i < fit.pairs.size(); ++i) {
-    if (speeds[i] < sorted[3 * sorted.size() / 10]) slow.push_back(fit.pairs[i]);
+    if (speeds[i] < sorted[3 * sorted.size() / 10]) calm.push_back(fit.pairs[i]);
   }
-  return slow;
+  return calm;
 }
 
 Expected<PairSetComparison> compare(const std::string& name, const std::vector<PosePair>& pairs,
@@ -61,8 +66,8 @@ Expected<RealComparison> compare_on_recording(const RealHandEye& set, const std:
   RealComparison result{*calibration, {}};
   const Pose& pose = calibration->fit.state.hand_from_eye;
   const std::vector<PosePair> accepted = every(5, accepted_pairs(calibration->fit));
-  const std::vector<PosePair> slow = every(7, slow_pairs(calibration->fit));
-  for (const auto& [name, pairs] : {std::pair("accepted", accepted), std::pair("slow", slow)}) {
+  const std::vector<PosePair> calm = every(6, calm_pairs(calibration->fit));
+  for (const auto& [name, pairs] : {std::pair("accepted", accepted), std::pair("calm", calm)}) {
     auto comparison = compare(name, pairs, pose);
     if (!comparison) return tl::unexpected(comparison.error());
     result.sets.push_back(*comparison);

@@ -26,8 +26,8 @@ struct RealComparison {
   std::vector<PairSetComparison> sets;
 };
 
-// Two choices of pairs at the offset found. "accepted": every fifth pair that our rule accepts. "slow": of the 30 %
-// during which the hand turns slowest every seventh, outliers included, as one would pick stills from a recording.
+// Two choices of pairs at the offset found. "accepted": every fifth pair that our rule accepts. "calm": of the 30 %
+// at which the eye's poses turn slowest every sixth, outliers included, as one would pick stills from a recording.
 Expected<RealComparison> compare_on_recording(const RealHandEye& set, const std::filesystem::path& unpacked);
 
 }  // namespace crumple

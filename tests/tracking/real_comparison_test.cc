@@ -29,17 +29,15 @@ void check(const RealHandEye& set, const Expectation& expected) {
   EXPECT_NEAR(found.offset->offset_s, expected.offset_s, 0.02);
   EXPECT_LT((found.fit.state.hand_from_eye.translation - expected.translation_mm).norm(), 3);
   EXPECT_LT(found.scatter.rms_mm, expected.scatter_mm);
+  // Whether the README's figure is an RMS, and over which pairs, it does not say (docs/tracking.md).
+  EXPECT_LT(found.scatter.median_mm, set.quick_look_mm);
   EXPECT_GT(found.scatter.pairs, 9 * found.fit.pairs.size() / 10);
   for (const PairSetComparison& pairs : comparison->sets) {
     const double ours = pairs.methods[0].scatter.rms_mm, of_all = pairs.methods[1].scatter.rms_mm;
     for (std::size_t m = 2; m < pairs.methods.size(); ++m) {
       EXPECT_LT(ours, pairs.methods[m].scatter.rms_mm) << pairs.pairs << ", " << pairs.methods[m].method;
     }
-    if (pairs.pairs == "slow") {
-      EXPECT_LT(ours, set.quick_look_mm);
-    } else {
-      EXPECT_LT(of_all, 1.03 * ours);
-    }
+    EXPECT_LT(of_all, 1.03 * ours) << pairs.pairs;
   }
 }
 

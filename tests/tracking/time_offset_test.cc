@@ -46,7 +46,8 @@ TEST(TimeOffset, ItsSigmaCoversTheErrorOfNoisyStreams) {
 
 TEST(TimeOffset, RefusesAnEvenTurn) {
   std::vector<StampedPose> poses;
-  for (int i = 0; i < 500; ++i) poses.push_back({0.02 * i, {rotation_from_vector({0, 0, 0.005 * i}), Eigen::Vector3d::Zero()}});
+  for (int i = 0; i < 500; ++i)
+    poses.push_back({0.02 * i, {rotation_from_vector({0, 0, 0.005 * i}), Eigen::Vector3d::Zero()}});
   const auto stream = PoseStream::create(poses);
   const auto found = estimate_time_offset(*stream, *stream);
   ASSERT_FALSE(found);
