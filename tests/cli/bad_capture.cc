@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Scene small_scene(SmallCapture which) {
+Scene scene_of_small(SmallCapture which) {
   Scene scene = read_scene(CRUMPLE_SOURCE_DIR "/datasets/scenes/small.yaml").value();
   scene.samples = 1;
   scene.stations.pop_back();  // the panel
@@ -48,7 +48,7 @@ class Originals : public testing::Environment {
     const auto [made, is_new] = folders_.try_emplace(which);
     if (is_new) {
       const fs::path folder = *home_ / std::to_string(static_cast<int>(which));
-      made->second = simulate(small_scene(which), "made by a test", folder, {2, false, false, {}}).value();
+      made->second = simulate(scene_of_small(which), "made by a test", folder, {2, false, false, {}}).value();
     }
     return made->second;
   }
