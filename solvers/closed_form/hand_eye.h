@@ -12,10 +12,10 @@
 // The translation follows by linear least squares. Every motion counts alike, so small rotations, whose axes are noise,
 // should be left out by the caller (tracking/motion_selection.h).
 //
-// Degenerate where no two rotations have different axes (then the turn and the shift along the common axis are free) and
-// where the rotations are too small. Both are measured against the noise that the motions show themselves, an angle of
-// rotation being the same for hand and eye: below twice the RMS difference of the angles they are refused (noise alone
-// makes up to root two of it).
+// Degenerate where no two rotations have different axes (then the turn and the shift along the common axis are free)
+// and where the rotations are too small. Both are measured against the noise that the motions show themselves, an angle
+// of rotation being the same for hand and eye: below twice the RMS difference of the angles they are refused (noise
+// alone makes up to root two of it).
 #pragma once
 
 #include <vector>
