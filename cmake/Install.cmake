@@ -4,7 +4,7 @@
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
-set(layers solvers recon calib datasets)
+set(layers solvers recon tracking calib datasets)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/Crumple)
 
 # These show the types of libraries that a user of ours need not have.

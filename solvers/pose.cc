@@ -50,6 +50,23 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return m;
 }
 
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& rotation_vector_rad) {
+  const double angle = rotation_vector_rad.norm();
+  const Eigen::Matrix3d cross = cross_matrix(rotation_vector_rad);
+  const double half_sine = std::sin(0.5 * angle);
+  // By their series where the quotients would lose digits.
+  const double first = angle < 1e-4 ? 0.5 - angle * angle / 24 : 2 * half_sine * half_sine / (angle * angle);
+  const double second = angle < 1e-2 ? (1 - angle * angle / 20) / 6 : (1 - std::sin(angle) / angle) / (angle * angle);
+  return Eigen::Matrix3d::Identity() + first * cross + second * cross * cross;
+}
+
+Eigen::Matrix3d inverse_left_jacobian(const Eigen::Vector3d& rotation_vector_rad) {
+  const double angle = rotation_vector_rad.norm();
+  const Eigen::Matrix3d cross = cross_matrix(rotation_vector_rad);
+  const double second = angle < 1e-4 ? 1.0 / 12 : 1 / (angle * angle) - 0.5 / (angle * std::tan(0.5 * angle));
+  return Eigen::Matrix3d::Identity() - 0.5 * cross + second * cross * cross;
+}
+
 Matrix3x6d d_transformed_d_pose(const Pose& pose, const Eigen::Vector3d& x) {
   Matrix3x6d d;
   d << -cross_matrix(pose.rotation * x), Eigen::Matrix3d::Identity();

@@ -36,6 +36,11 @@ Vector6d local_step(const Pose& from, const Pose& to);
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 
+// How exp turns with its rotation vector: exp(v + dv) = exp(J(v) dv) exp(v) to first order (Barfoot, State Estimation
+// for Robotics, eq. 7.77), and the inverse of J (eq. 7.76). The inverse wants an angle below 2 pi.
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& rotation_vector_rad);
+Eigen::Matrix3d inverse_left_jacobian(const Eigen::Vector3d& rotation_vector_rad);
+
 // The derivative of (pose * x) with respect to the pose's tangent.
 Matrix3x6d d_transformed_d_pose(const Pose& pose, const Eigen::Vector3d& x);
 

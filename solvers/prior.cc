@@ -12,14 +12,6 @@
 namespace crumple {
 namespace {
 
-// J_l^-1: how the rotation vector of a turned pose changes with a further small turn on its left.
-Eigen::Matrix3d inverse_left_jacobian(const Eigen::Vector3d& rotation_rad) {
-  const double angle = rotation_rad.norm();
-  const Eigen::Matrix3d cross = cross_matrix(rotation_rad);
-  const double second = angle < 1e-4 ? 1.0 / 12 : 1 / (angle * angle) - 0.5 / (angle * std::tan(0.5 * angle));
-  return Eigen::Matrix3d::Identity() - 0.5 * cross + second * cross * cross;
-}
-
 struct BlockDifference {
   Eigen::VectorXd value;
   Eigen::MatrixXd d_tangent;

@@ -6,6 +6,7 @@
 
 #include "calib/cross_validate.h"
 #include "calib/verdict.h"
+#include "cli/calibrate_hand_eye.h"
 #include "cli/calibration_input.h"
 #include "cli/calibration_summary.h"
 #include "cli/flags.h"
@@ -29,7 +30,11 @@ DEFINE_string(
     lens, "",
     "lens model of all sensors, such as LENSMODEL_OPENCV5; auto: chosen by the data; empty: as capture.yaml says");
 DEFINE_bool(overlays, true, "write every board image with its residuals drawn in, enlarged, into overlays/");
+DECLARE_string(invert);
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
+
+DEFINE_bool(hand_eye, false,
+            "from two files of poses, the hand's and the eye's, the eye's pose on the hand instead (docs/tracking.md)");
 
 namespace crumple {
 namespace {
@@ -84,6 +89,9 @@ std::string explained(const std::string& message, const Capture& capture, const 
 }
 
 Expected<VerbResult> run_calibrate(const VerbContext& context) {
+  if (FLAGS_hand_eye) return run_calibrate_hand_eye(context);
+  if (context.inputs.size() != 1) return usage_error("calibrate takes one capture; two files of poses with --hand_eye");
+  if (!FLAGS_invert.empty()) return usage_error("--invert is about poses; give it with --hand_eye");
   const auto began = std::chrono::steady_clock::now();
   const auto options = options_from_flags();
   if (!options) return usage_error(options.error().message);
@@ -141,11 +149,12 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
 Verb calibrate_verb() {
   return {.name = "calibrate",
           .purpose = "estimate a rig from a capture of the board",
-          .usage = "CAPTURE.yaml --out=DIR [--flags]",
+          .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
           .description =
               "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
               "rig, its covariance and summary.json. Exit code 4 where the calibration is not to be trusted: the "
-              "reasons say why.",
+              "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
+              "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json.",
           .example =
               "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
               "verdict: ok\n"
@@ -156,9 +165,9 @@ Verb calibrate_verb() {
               "  ...\n"
               "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
           .min_inputs = 1,
-          .max_inputs = 1,
+          .max_inputs = 2,
           .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate",
-                    "overlays", "truth", "threads", "overwrite", "json"},
+                    "overlays", "truth", "hand_eye", "invert", "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run_calibrate};
 }

@@ -69,5 +69,19 @@ TEST(Pose, NearestRotationIsProper) {
   EXPECT_LT((nearest_rotation(2.5 * rotation) - rotation).norm(), 1e-12);
 }
 
+TEST(Pose, LeftJacobianTellsHowExpTurns) {
+  for (const double angle : {0.0, 1e-6, 5e-3, 0.02, 1.0, 3.0}) {
+    const Eigen::Vector3d v = angle * Eigen::Vector3d(0.6, -0.48, 0.64);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double h = 1e-6;
+      const Eigen::Vector3d step = h * Eigen::Vector3d::Unit(axis);
+      const Eigen::Vector3d turn =
+          rotation_vector(rotation_from_vector(v + step) * rotation_from_vector(v - step).conjugate()) / (2 * h);
+      EXPECT_LT((turn - left_jacobian(v).col(axis)).norm(), 1e-8) << angle;
+    }
+    EXPECT_LT((left_jacobian(v) * inverse_left_jacobian(v) - Eigen::Matrix3d::Identity()).norm(), 1e-9) << angle;
+  }
+}
+
 }  // namespace
 }  // namespace crumple

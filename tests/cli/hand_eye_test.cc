@@ -1,0 +1,96 @@
+// `crumple calibrate --hand_eye` from two files to its verdict.
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "datasets/npy_file.h"
+#include "tests/cli/program.h"
+#include "tests/tracking/made_hand_eye.h"
+
+namespace crumple {
+namespace {
+
+std::string csv_of(const std::vector<StampedPose>& poses) {
+  std::string text;
+  for (const StampedPose& pose : poses) {
+    const Eigen::Vector3d t = 1e-3 * pose.fixed_from_moving.translation;
+    const Eigen::Quaterniond& q = pose.fixed_from_moving.rotation;
+    text +=
+        fmt::format("{}, {}, {}, {}, {}, {}, {}, {}\n", pose.time_s, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  return text;
+}
+
+class HandEyeProgram : public testing::Test {
+ protected:
+  HandEyeProgram() {
+    std::mt19937 random(1);
+    made_ = make_streams({.offset_s = 0.123, .eye_sigma_deg = 0.05, .eye_sigma_mm = 0.3}, random);
+    write_content(folder_ / "hand.csv", csv_of(made_.hand));
+    write_content(folder_ / "eye.csv", csv_of(made_.eye));
+  }
+
+  ProgramRun run(const std::string& arguments) const {
+    return run_program("calibrate --hand_eye " + arguments, "cd '" + folder_.path().string() + "' &&");
+  }
+
+  TemporaryFolder folder_;
+  MadeStreams made_;
+};
+
+TEST_F(HandEyeProgram, WritesPoseCovarianceAndSummary) {
+  const ProgramRun done = run("hand.csv eye.csv --out=out");
+  ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
+  EXPECT_THAT(done.out, testing::HasSubstr("verdict: ok"));
+  EXPECT_THAT(done.out, testing::HasSubstr("time offset: 12"));
+  const auto summary = nlohmann::json::parse(content_of(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["schema"], "crumple-hand-eye-summary/1");
+  EXPECT_NEAR(summary["time_offset"]["offset_s"].get<double>(), 0.123, 5e-4);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double found = summary["hand_from_eye"]["translation_mm"][static_cast<std::size_t>(i)];
+    const double sigma = summary["hand_from_eye"]["translation_sigma_mm"][static_cast<std::size_t>(i)];
+    EXPECT_NEAR(found, made_.hand_from_eye.translation[i], 5 * sigma);
+  }
+  EXPECT_THAT(content_of(folder_ / "out/hand_eye.yaml"), testing::StartsWith("schema: crumple-hand-eye/1\n"));
+  const auto covariance = read_npy(folder_ / "out/covariance.npy");
+  ASSERT_TRUE(covariance);
+  EXPECT_EQ(covariance->rows(), 13);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/ro-crate-metadata.json"));
+}
+
+TEST_F(HandEyeProgram, ReadsInvertedPosesWhenTold) {
+  for (StampedPose& pose : made_.eye) pose.fixed_from_moving = pose.fixed_from_moving.inverse();
+  write_content(folder_ / "inverted.csv", csv_of(made_.eye));
+  const ProgramRun wrong = run("hand.csv inverted.csv --out=out");
+  EXPECT_EQ(wrong.exit_code, 3);
+  EXPECT_THAT(wrong.err, testing::HasSubstr("the other way round"));
+  EXPECT_EQ(run("hand.csv inverted.csv --invert=eye --out=out").exit_code, 0);
+}
+
+TEST_F(HandEyeProgram, SaysWhatIsWrongWithTheCommandLineAndTheInput) {
+  EXPECT_EQ(run("hand.csv --out=out").exit_code, 2);
+  EXPECT_EQ(run("hand.csv eye.csv --warp=on --out=out").exit_code, 2);
+  EXPECT_EQ(run("hand.csv eye.csv --invert=board --out=out").exit_code, 2);
+  write_content(folder_ / "bad.csv", "1, 2, 3\n");
+  const ProgramRun bad = run("hand.csv bad.csv --out=out");
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_THAT(bad.err, testing::HasSubstr("bad.csv:1: has 3 fields, not 8"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+TEST_F(HandEyeProgram, DoubtsNoisyPoses) {
+  std::mt19937 random(2);
+  const MadeStreams noisy =
+      make_streams({.seconds = 6, .eye_sigma_deg = 5, .eye_sigma_mm = 60, .eye_correlation = 0.9}, random);
+  write_content(folder_ / "noisy_hand.csv", csv_of(noisy.hand));
+  write_content(folder_ / "noisy_eye.csv", csv_of(noisy.eye));
+  const ProgramRun doubted = run("noisy_hand.csv noisy_eye.csv --out=out");
+  EXPECT_EQ(doubted.exit_code, 4) << doubted.err << doubted.out;
+  EXPECT_THAT(doubted.out, testing::HasSubstr("verdict: suspect\n  "));
+}
+
+}  // namespace
+}  // namespace crumple
