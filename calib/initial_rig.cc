@@ -1,7 +1,6 @@
 #include "calib/initial_rig.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>

@@ -25,7 +25,6 @@ struct Aligned {
   Points2d image;
   Eigen::Matrix<double, 2, 3> xy;  // of the pose: two rows of [r1 r2 t]
   Eigen::RowVector2d depth;        // r31 r32, up to their common sign
-  double distance = 0;             // t3
 };
 
 RadiusTerms powers(const Eigen::Vector2d& image) {

@@ -265,8 +265,8 @@ TEST_F(MrcalOverpass, OurSolveFromADisturbedStartCostsNoMore) {
   EXPECT_LE(*cost, matrix("cost")(0, 0) * (1 + 1e-9));
 }
 
-// Nothing of mrcal's but the observations: our calibration of all views from its closed forms, through this lens of 110
-// degrees, with its gate and sigma.
+// Nothing of mrcal's but the observations: our calibration of all views from its closed forms, through this wide
+// lens, with its gate and sigma.
 TEST_F(MrcalOverpass, OurSolveFromOurOwnStartCostsNoMore) {
   load("opencv8-0.cameramodel", 186, "solved");
   if (IsSkipped() || HasFatalFailure()) return;

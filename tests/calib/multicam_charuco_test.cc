@@ -185,7 +185,8 @@ TEST_F(MulticamCharuco, EachCameraByItself) {
     RecordProperty("cam" + std::to_string(c) + "_alone_rms_px", std::to_string(group.rms_px));
     RecordProperty("cam" + std::to_string(c) + "_alone_rms_all_px", std::to_string(group.rms_all_px));
     RecordProperty("cam" + std::to_string(c) + "_alone_outliers", static_cast<int>(group.outliers));
-    // The last camera keeps a view of six corners that an earlier gate left out whole: 0.61, with 9 outliers.
+    // The last camera's: 0.61, with 9 outliers, since placements that were left out are tried again. It was below 0.6
+    // before; of all corners it is 0.95 now and was 0.99.
     EXPECT_LT(group.rms_px, (c == 3 ? 0.65 : 0.6) * stored_rms_[c]) << c;
     EXPECT_LT(group.rms_all_px, 0.96 * stored_rms_[c]) << c;
   }
