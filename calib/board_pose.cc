@@ -23,8 +23,8 @@ std::optional<NormalEquation> linearise(const Rig& rig, const Board& board, cons
   NormalEquation equation;
   for (const CornerView& view : views) {
     const Sensor& sensor = rig.sensors[view.sensor];
-    const Pose sensor_from_board = sensor.sensor_from_probe * probe_from_board;
-    const Matrix6d d_pose = d_composed(sensor.sensor_from_probe, probe_from_board).d_right;
+    const Pose sensor_from_board = sensor.sensor_from_mount * probe_from_board;
+    const Matrix6d d_pose = d_composed(sensor.sensor_from_mount, probe_from_board).d_right;
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
       const Eigen::Vector3d corner = board.point(view.corners[i]);
       const auto projection = sensor.lens.project_with_gradients(sensor_from_board * corner);

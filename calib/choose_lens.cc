@@ -125,9 +125,9 @@ Expected<void> predict(const CalibrationData& data, SensorKind kind, const std::
   state.boards = blind.bundle.state.boards;
   for (const std::size_t p : fold) {
     const auto pose =
-        fit_board_pose(state.rig, state.board_at(p), good_corners(data, judge, p), full.probe_from_board[p]);
+        fit_board_pose(state.rig, state.board_at(p), good_corners(data, judge, p), full.world_from_board[p]);
     if (!pose) return fail(fmt::format("station {}: {}", data.placement_names[p], pose.error().message));
-    state.probe_from_board[p] = *pose;
+    state.world_from_board[p] = *pose;
   }
   const auto views = make_views(data.observations, data.board_of);
   for (std::size_t v = 0; v < views.size(); ++v) {

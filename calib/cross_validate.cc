@@ -206,7 +206,7 @@ Expected<HeldOutBoard> judge_board(const CalibrationState& state, const BoardSpe
                                    const StationOptions& options) {
   const Sensor& camera = state.rig.sensors[stripes.camera];
   const Sensor& projector = state.rig.sensors[stripes.projector];
-  const StationGeometry geometry(camera.lens, projector.lens, camera.sensor_from_probe, projector.sensor_from_probe);
+  const StationGeometry geometry(camera.lens, projector.lens, camera.sensor_from_mount, projector.sensor_from_mount);
   const auto cloud = reconstruct_readings(geometry, stripes.readings, options);
   if (!cloud) return tl::unexpected(cloud.error());
   const cv::Mat hull = corner_hull(corners.pixels, stripes.readings.white.size());

@@ -250,7 +250,7 @@ std::optional<Eigen::Vector3d> on_board(const Sensor& camera, const Pose& probe_
                                         const Eigen::Vector2d& pixel) {
   const auto ray = camera.lens.ray(pixel);
   if (!ray) return std::nullopt;
-  const Pose board_from_camera = (camera.sensor_from_probe * probe_from_board).inverse();
+  const Pose board_from_camera = (camera.sensor_from_mount * probe_from_board).inverse();
   const Eigen::Vector3d direction = board_from_camera.rotation * *ray;
   if (std::abs(direction.z()) < 1e-6) return std::nullopt;
   return board_from_camera.translation - board_from_camera.translation.z() / direction.z() * direction;
@@ -263,7 +263,7 @@ ProjectorPoints projector_points(const std::vector<PixelPairs>& pairs, std::size
     if (view.projector != projector) continue;
     Points2d plane, pixels;
     for (std::size_t i = 0; i < view.camera_pixels.size(); ++i) {
-      const Pose& probe_from_board = state.probe_from_board[view.placement];
+      const Pose& probe_from_board = state.world_from_board[view.placement];
       const auto point = on_board(state.rig.sensors[view.camera], probe_from_board, view.camera_pixels[i]);
       if (!point) continue;
       plane.emplace_back(point->head<2>());
@@ -273,7 +273,7 @@ ProjectorPoints projector_points(const std::vector<PixelPairs>& pairs, std::size
     }
     if (const auto h = homography(plane, pixels)) {
       points.pixel_from_board.push_back(*h);
-      points.probe_from_board.push_back(state.probe_from_board[view.placement]);
+      points.probe_from_board.push_back(state.world_from_board[view.placement]);
     }
   }
   return points;
@@ -344,12 +344,12 @@ Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensor
       return fail(fmt::format("{} shares no board placement with the other cameras: show the board to both at once",
                               sensors[waiting.begin()->first].name));
     }
-    Pose& mount = state.rig.sensors[next->first].sensor_from_probe;
+    Pose& mount = state.rig.sensors[next->first].sensor_from_mount;
     mount = *join(next->second, probe_from_board);
     pose_placements(starts, next->first, mount, probe_from_board);
     waiting.erase(next);
   }
-  for (const auto& [placement, pose] : probe_from_board) state.probe_from_board[placement] = pose;
+  for (const auto& [placement, pose] : probe_from_board) state.world_from_board[placement] = pose;
   return state;
 }
 
@@ -362,7 +362,7 @@ Expected<void> add_initial_projectors(const std::vector<PixelPairs>& pairs, Cali
     auto lens = lens_from(sensor.lens.model(), sensor.lens.size(), start->intrinsics);
     if (!lens) return fail(fmt::format("{}: {}", sensor.name, lens.error().message));
     sensor.lens = std::move(*lens);
-    sensor.sensor_from_probe = start->sensor_from_points;
+    sensor.sensor_from_mount = start->sensor_from_points;
   }
   return {};
 }

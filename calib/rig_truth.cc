@@ -51,8 +51,8 @@ Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated
       return fail(fmt::format("sensor {} was estimated as {} but the truth is {}: their parameters cannot be compared",
                               sensor.name, sensor.lens.model(), known.lens.model()));
     }
-    const Pose estimated_mount = sensor.sensor_from_probe * estimated.sensors.front().sensor_from_probe.inverse();
-    const Pose true_mount = known.sensor_from_probe * truth.sensors[*reference].sensor_from_probe.inverse();
+    const Pose estimated_mount = sensor.sensor_from_mount * estimated.sensors.front().sensor_from_mount.inverse();
+    const Pose true_mount = known.sensor_from_mount * truth.sensors[*reference].sensor_from_mount.inverse();
     const auto parameters = parameters_of(sensor, known, estimated_mount, true_mount);
     all.insert(all.end(), parameters.begin(), parameters.end());
   }

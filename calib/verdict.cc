@@ -67,8 +67,8 @@ void judge_groups(const BundleResult& bundle, std::vector<std::string>& reasons)
 // The largest angle between two board normals in the probe frame.
 double tilt_span_rad(const CalibrationState& state) {
   double smallest_cosine = 1;
-  for (const Pose& a : state.probe_from_board) {
-    for (const Pose& b : state.probe_from_board) {
+  for (const Pose& a : state.world_from_board) {
+    for (const Pose& b : state.world_from_board) {
       const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
       smallest_cosine = std::min(smallest_cosine, (a.rotation * z).dot(b.rotation * z));
     }

@@ -188,8 +188,8 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
     }
     if (shown < names.size()) text += fmt::format("  and {} control points\n", (names.size() - shown) / 2);
     if (s == 0) continue;
-    const Eigen::Vector3d t = sensor.sensor_from_probe.translation;
-    const Eigen::Vector3d r = rotation_vector(sensor.sensor_from_probe.rotation) * 180 / std::numbers::pi;
+    const Eigen::Vector3d t = sensor.sensor_from_mount.translation;
+    const Eigen::Vector3d r = rotation_vector(sensor.sensor_from_mount.rotation) * 180 / std::numbers::pi;
     text += fmt::format("  from probe: rotation vector {:.4f} {:.4f} {:.4f} deg, translation {:.3f} {:.3f} {:.3f} mm\n",
                         r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
   }

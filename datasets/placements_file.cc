@@ -60,8 +60,8 @@ Placements placements_of(const Calibration& calibration, const std::vector<Board
     const Board& board = state.boards[b];
     all.boards.push_back({boards[b].name, boards[b].target, board.warp_mm, calibration.warp_estimated, board.scale});
   }
-  for (std::size_t p = 0; p < state.probe_from_board.size(); ++p) {
-    all.placements.push_back({calibration.placement_names[p], state.board_of[p], state.probe_from_board[p]});
+  for (std::size_t p = 0; p < state.world_from_board.size(); ++p) {
+    all.placements.push_back({calibration.placement_names[p], state.board_of[p], state.world_from_board[p]});
   }
   return all;
 }

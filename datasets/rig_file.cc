@@ -34,7 +34,7 @@ std::string description(const Rig& rig) {
         "    sensor_from_probe:\n{}",
         yaml_quoted(sensor.name), sensor.kind == SensorKind::camera ? "camera" : "projector",
         sensor.lens.size().width_px, sensor.lens.size().height_px, sensor.lens.model(),
-        yaml_quoted(sensor.name + ".cameramodel"), pose_yaml(sensor.sensor_from_probe, 6));
+        yaml_quoted(sensor.name + ".cameramodel"), pose_yaml(sensor.sensor_from_mount, 6));
   }
   if (!rig.sigma_px.empty()) text += "sigma_px:\n";
   for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", yaml_quoted(group), sigma_px);
@@ -50,7 +50,7 @@ Expected<void> check_sensor(const Sensor& sensor, std::set<std::string>& names) 
         fmt::format("The sensor name \"{}\" cannot be a file name: use letters, digits, - and _.", sensor.name));
   if (!names.insert(sensor.name).second) return fail(fmt::format("Two sensors are named {}.", sensor.name));
   bool finite =
-      sensor.sensor_from_probe.rotation.coeffs().allFinite() && sensor.sensor_from_probe.translation.allFinite();
+      sensor.sensor_from_mount.rotation.coeffs().allFinite() && sensor.sensor_from_mount.translation.allFinite();
   for (const double parameter : sensor.lens.parameters()) finite = finite && std::isfinite(parameter);
   if (!finite) return fail(fmt::format("Sensor {} has a number that is not finite; no rig was written.", sensor.name));
   return {};
@@ -89,7 +89,7 @@ struct SensorEntry {
   ImageSize size;
   std::string lens_model;
   std::string file;
-  Pose sensor_from_probe;
+  Pose sensor_from_mount;
 };
 
 SensorEntry read_sensor(const YamlValue& value) {
@@ -108,7 +108,7 @@ SensorEntry read_sensor(const YamlValue& value) {
     if (entry.file.find('/') != std::string::npos) file->problem("must be a file in the rig's own folder");
   }
   if (const auto pose = map.require("sensor_from_probe", "the sensor's pose"))
-    entry.sensor_from_probe = read_pose(*pose);
+    entry.sensor_from_mount = read_pose(*pose);
   map.finish();
   return entry;
 }
@@ -172,10 +172,10 @@ Expected<Sensor> read_lens(const fs::path& folder, const SensorEntry& entry) {
   };
   if (model->lens.model() != entry.lens_model) return differs("lens model");
   if (model->lens.size() != entry.size) return differs("size");
-  const Vector6d step = local_step(entry.sensor_from_probe, model->camera_from_reference);
-  const double scale = 1 + entry.sensor_from_probe.translation.norm();
+  const Vector6d step = local_step(entry.sensor_from_mount, model->camera_from_reference);
+  const double scale = 1 + entry.sensor_from_mount.translation.norm();
   if (step.head<3>().norm() > rounding || step.tail<3>().norm() > rounding * scale) return differs("pose");
-  return Sensor{entry.name, entry.kind, model->lens, entry.sensor_from_probe};
+  return Sensor{entry.name, entry.kind, model->lens, entry.sensor_from_mount};
 }
 
 }  // namespace
@@ -184,7 +184,7 @@ Expected<void> write_rig(const fs::path& folder, const Rig& rig) {
   if (auto sound = check_rig(rig); !sound) return sound;
   for (const Sensor& sensor : rig.sensors) {
     const fs::path file = folder / (sensor.name + ".cameramodel");
-    if (auto written = write_cameramodel(file, {sensor.lens, sensor.sensor_from_probe}); !written) return written;
+    if (auto written = write_cameramodel(file, {sensor.lens, sensor.sensor_from_mount}); !written) return written;
   }
   if (!rig.covariance.names.empty())
     if (auto written = write_npy(folder / covariance_name, rig.covariance.matrix); !written) return written;

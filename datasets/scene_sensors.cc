@@ -83,7 +83,7 @@ void read_sensor(const std::string& name, const YamlValue& value, Scene& scene) 
   const ImageSize size = read_size_px(map);
   if (const auto lens = map.require("lens", "{focal_px: [x, y], centre_px: [x, y]}"))
     sensor.lens = read_lens(*lens, size);
-  sensor.sensor_from_probe = read_place(map).inverse();
+  sensor.sensor_from_mount = read_place(map).inverse();
   const Optics optics = read_optics(map);
   if (sensor.kind == SensorKind::camera) {
     scene.cameras.push_back({std::move(sensor), optics, read_detector(map)});
@@ -101,7 +101,7 @@ void read_scene_sensors(const YamlValue& value, Scene& scene) {
   YamlMap map = value.map();
   for (const auto& [name, sensor] : map.entries()) read_sensor(name, sensor, scene);
   if (scene.cameras.empty()) return value.problem("at least one camera is needed");
-  const Pose& first = scene.cameras.front().sensor.sensor_from_probe;
+  const Pose& first = scene.cameras.front().sensor.sensor_from_mount;
   const bool at_probe = first.translation.isZero() && rotation_vector(first.rotation).isZero();
   if (!at_probe)
     value.problem("the first camera's frame is the probe frame: leave out its position_mm and rotation_deg");

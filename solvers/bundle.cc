@@ -189,7 +189,7 @@ void pose_anew(std::size_t placement, const Observations& observations, Calibrat
     for (const int corner : view.corners) plane.emplace_back(state.board_at(placement).point(corner).head<2>());
     const auto pose = board_pose(sensor.lens, plane, view.pixels);
     if (!pose) continue;
-    state.probe_from_board[placement] = sensor.sensor_from_probe.inverse() * *pose;
+    state.world_from_board[placement] = sensor.sensor_from_mount.inverse() * *pose;
     return;
   }
 }

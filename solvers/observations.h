@@ -1,7 +1,10 @@
-// What was measured, in memory, as the solvers take it. Indices refer to Rig::sensors and to board placements.
+// What was measured, in memory, as the solvers take it. Indices refer to Rig::sensors, Rig::leds, board placements and
+// stations of the probe. `station` tells where the probe was when a view was taken; none where it stands still
+// throughout (its frame is the world's then) and for what involves nothing on the probe.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,6 +17,7 @@ struct CornerView {
   std::size_t placement = 0;
   std::vector<int> corners;  // Board::point indices; partial boards leave some out
   std::vector<Eigen::Vector2d> pixels;
+  std::optional<std::size_t> station = {};
 };
 
 // Stripe coordinates met at camera pixels on the board. A stripe orientation has the unit normal n in the projector's
@@ -25,6 +29,7 @@ struct StripeView {
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();
   std::vector<Eigen::Vector2d> camera_pixels;
   std::vector<double> coordinates_px;
+  std::optional<std::size_t> station = {};
 };
 
 // A projected feature (a chessboard corner the projector casts) seen by a camera on the board. Noise is in the camera.
@@ -34,6 +39,16 @@ struct FeatureView {
   std::size_t placement = 0;
   std::vector<Eigen::Vector2d> projector_pixels;
   std::vector<Eigen::Vector2d> camera_pixels;
+  std::optional<std::size_t> station = {};
+};
+
+// Centres of LED spots seen by a sensor fixed to the world: of the probe's LEDs at a station, or, without one, of
+// reference LEDs in the room.
+struct LedView {
+  std::size_t sensor = 0;
+  std::vector<std::size_t> leds;
+  std::vector<Eigen::Vector2d> pixels;
+  std::optional<std::size_t> station = {};
 };
 
 struct Observations {
@@ -41,6 +56,7 @@ struct Observations {
   std::vector<CornerView> corners;
   std::vector<StripeView> stripes;
   std::vector<FeatureView> features;
+  std::vector<LedView> leds = {};
 };
 
 }  // namespace crumple

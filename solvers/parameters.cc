@@ -25,7 +25,7 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     add_common({BlockId::Kind::warp, b});
     add_common({BlockId::Kind::scale, b});
   }
-  for (std::size_t p = 0; p < state.probe_from_board.size(); ++p) {
+  for (std::size_t p = 0; p < state.world_from_board.size(); ++p) {
     const BlockId block{BlockId::Kind::placement, p};
     if (!touched.contains(block)) continue;
     offsets_[block] = common_size_ + 6 * static_cast<int>(placements_.size());
@@ -84,7 +84,7 @@ CalibrationState moved(const CalibrationState& state, const Parameters& paramete
         break;
       }
       case BlockId::Kind::mount:
-        move(result.rig.sensors[block.index].sensor_from_probe);
+        move(result.rig.sensors[block.index].sensor_from_mount);
         break;
       case BlockId::Kind::warp:
         result.boards[block.index].warp_mm += step.segment<2>(offset);
@@ -98,7 +98,7 @@ CalibrationState moved(const CalibrationState& state, const Parameters& paramete
     offset += tangent_size(block, state);
   }
   for (const std::size_t p : parameters.placements()) {
-    move(result.probe_from_board[p]);
+    move(result.world_from_board[p]);
     offset += 6;
   }
   return result;

@@ -37,10 +37,10 @@ BlockDifference difference_of(const BlockId& block, const CalibrationState& abou
       return linear(parameters(state) - parameters(about));
     }
     case BlockId::Kind::mount:
-      return between(about.rig.sensors[block.index].sensor_from_probe,
-                     state.rig.sensors[block.index].sensor_from_probe);
+      return between(about.rig.sensors[block.index].sensor_from_mount,
+                     state.rig.sensors[block.index].sensor_from_mount);
     case BlockId::Kind::placement:
-      return between(about.probe_from_board[block.index], state.probe_from_board[block.index]);
+      return between(about.world_from_board[block.index], state.world_from_board[block.index]);
     case BlockId::Kind::scale:
       return linear(Eigen::VectorXd::Constant(1, state.boards[block.index].scale - about.boards[block.index].scale));
     case BlockId::Kind::warp:

@@ -106,7 +106,7 @@ class CornerResiduals final : public View {
   bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
     const Sensor& sensor = state.rig.sensors[view_.sensor];
     PointPredictor predictor(sensor.lens, state.board_at(view_.placement),
-                             sensor.sensor_from_probe * state.probe_from_board[view_.placement]);
+                             sensor.sensor_from_mount * state.world_from_board[view_.placement]);
     evaluation.residuals.resize(2 * size());
     evaluation.jacobian.resize(with_jacobians ? 2 * size() : 0, predictor.columns());
     for (int i = 0; i < size(); ++i) {
@@ -127,7 +127,7 @@ class CornerResiduals final : public View {
  private:
   void set_local(const CalibrationState& state, ViewEvaluation& evaluation) const {
     const Sensor& sensor = state.rig.sensors[view_.sensor];
-    const CompositionDerivative d_pose = d_composed(sensor.sensor_from_probe, state.probe_from_board[view_.placement]);
+    const CompositionDerivative d_pose = d_composed(sensor.sensor_from_mount, state.world_from_board[view_.placement]);
     const int columns = width_of(*this, state), lens = sensor.lens.parameter_count();
     Eigen::MatrixXd& local = evaluation.local_from_blocks;
     local.setZero(columns - 6, columns);

@@ -1,7 +1,7 @@
 // Residuals of the measurement model: what was measured against what the state predicts, predicted minus measured, px.
 //
 // One View is one sensor's observations of one board placement; its residuals and Jacobian are evaluated together.
-//   CornerView   lens(sensor_from_probe * probe_from_board * point) - pixel                           2 per point
+//   CornerView   lens(sensor_from_world * world_from_board * point) - pixel                           2 per point
 //                (of a disc: the centre of gravity of its image, solvers/disc.h)
 //   StripeView   n . transfer(camera pixel -> projector) - coordinate                                 1 per reading
 //   FeatureView  transfer(projector pixel -> camera) - pixel                                          2 per feature

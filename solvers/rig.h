@@ -1,4 +1,6 @@
-// A rig: sensors rigidly mounted on one probe. A projector is a sensor that emits; nothing else tells it from a camera.
+// A rig: sensors, each mounted on the probe or fixed to the world, and LEDs. A projector is a sensor that emits; a
+// tracker is a camera fixed to the world; nothing else tells them from other cameras. Any number of each, none of any
+// kind.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +18,23 @@ namespace crumple {
 
 enum class SensorKind { camera, projector };
 
+// What carries a sensor or an LED. The probe frame is the frame of the first sensor on the probe; the world frame is
+// that of the first sensor fixed to the world or, where there is none, the probe's own (a probe that stands still).
+enum class Mount { probe, world };
+
 struct Sensor {
   std::string name;
   SensorKind kind = SensorKind::camera;
   Lens lens;
-  Pose sensor_from_probe;  // the probe frame is the frame of the reference sensor: identity there
+  Pose sensor_from_mount;  // identity for the sensor whose frame is the mount's
+  Mount mount = Mount::probe;
+};
+
+// A light that trackers see: one of the probe's, or a reference in the room.
+struct Led {
+  std::string name;
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  // in its mount's frame
+  Mount mount = Mount::probe;
 };
 
 // The joint covariance of rig parameters in tangent coordinates; row i is parameter names[i], such as "cam0.fx" (px) or
@@ -32,6 +46,7 @@ struct RigCovariance {
 
 struct Rig {
   std::vector<Sensor> sensors;
+  std::vector<Led> leds = {};
   RigCovariance covariance;  // empty where none was estimated
   // Standard deviation of one measured coordinate, px, per group of observations, such as "cam0.corners".
   std::map<std::string, double> sigma_px;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "solvers/board.h"
@@ -13,10 +14,16 @@ namespace crumple {
 struct CalibrationState {
   Rig rig;
   std::vector<Board> boards;           // warp and scale are estimated, the marked points are given
-  std::vector<Pose> probe_from_board;  // one per placement
+  std::vector<Pose> world_from_board;  // one per placement
   std::vector<std::size_t> board_of;   // the board each placement is of
+  // One per station of a probe that is moved about; empty where it stands still and its frame is the world's.
+  std::vector<Pose> world_from_probe = {};
 
   const Board& board_at(std::size_t placement) const { return boards[board_of[placement]]; }
+  // The frame that carries a sensor, seen from the world, while the probe is at `station`.
+  Pose mount_from_world(Mount mount, std::optional<std::size_t> station) const {
+    return mount == Mount::probe && station ? world_from_probe[*station].inverse() : Pose{};
+  }
 };
 
 }  // namespace crumple

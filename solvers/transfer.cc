@@ -16,10 +16,10 @@ Transfer::Transfer(const CalibrationState& state, std::size_t source, std::size_
     : source_lens_(state.rig.sensors[source].lens),
       target_lens_(state.rig.sensors[target].lens),
       board_(state.board_at(placement)),
-      source_from_board_(state.rig.sensors[source].sensor_from_probe * state.probe_from_board[placement]),
-      target_from_board_(state.rig.sensors[target].sensor_from_probe * state.probe_from_board[placement]),
-      d_source_(d_composed(state.rig.sensors[source].sensor_from_probe, state.probe_from_board[placement])),
-      d_target_(d_composed(state.rig.sensors[target].sensor_from_probe, state.probe_from_board[placement])) {}
+      source_from_board_(state.rig.sensors[source].sensor_from_mount * state.world_from_board[placement]),
+      target_from_board_(state.rig.sensors[target].sensor_from_mount * state.world_from_board[placement]),
+      d_source_(d_composed(state.rig.sensors[source].sensor_from_mount, state.world_from_board[placement])),
+      d_target_(d_composed(state.rig.sensors[target].sensor_from_mount, state.world_from_board[placement])) {}
 
 std::optional<Transfer::SurfacePoint> Transfer::meet(const Eigen::Vector3d& ray) const {
   const Eigen::Quaterniond board_from_source = source_from_board_.rotation.conjugate();

@@ -20,7 +20,7 @@ constexpr double kMmPerM = 1000;
 
 bool has_lengths(const Rig& rig) {
   return std::any_of(rig.sensors.begin(), rig.sensors.end(),
-                     [](const Sensor& sensor) { return !sensor.sensor_from_probe.translation.isZero(0); });
+                     [](const Sensor& sensor) { return !sensor.sensor_from_mount.translation.isZero(0); });
 }
 
 // The lengths of a format that states its unit are mm already.
@@ -32,7 +32,7 @@ Expected<Rig> in_mm(const RigFormat& format, Rig rig, const std::optional<double
 }
 
 std::string sensor_line(const Sensor& sensor) {
-  const Eigen::Vector3d centre = sensor.sensor_from_probe.inverse().translation;
+  const Eigen::Vector3d centre = sensor.sensor_from_mount.inverse().translation;
   return fmt::format("{} ({}): {} x {} px, {:.3f} m from the reference\n", sensor.name, sensor.lens.model(),
                      sensor.lens.size().width_px, sensor.lens.size().height_px, centre.norm() / kMmPerM);
 }
@@ -43,7 +43,7 @@ nlohmann::json sensors_json(const Rig& rig) {
     sensors.push_back({{"name", sensor.name},
                        {"kind", sensor.kind == SensorKind::camera ? "camera" : "projector"},
                        {"lens_model", sensor.lens.model()},
-                       {"distance_mm", sensor.sensor_from_probe.translation.norm()}});
+                       {"distance_mm", sensor.sensor_from_mount.translation.norm()}});
   }
   return sensors;
 }

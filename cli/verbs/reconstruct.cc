@@ -120,8 +120,8 @@ Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
       log_warning(fmt::format("camera {} is left out: {} does not know it", wanted.name, FLAGS_rig));
       continue;
     }
-    pairs.push_back({wanted.name, StationGeometry((*camera)->lens, (*projector)->lens, (*camera)->sensor_from_probe,
-                                                  (*projector)->sensor_from_probe)});
+    pairs.push_back({wanted.name, StationGeometry((*camera)->lens, (*projector)->lens, (*camera)->sensor_from_mount,
+                                                  (*projector)->sensor_from_mount)});
   }
   if (pairs.empty()) return fail(fmt::format("{} knows none of the capture's cameras", FLAGS_rig));
   return pairs;

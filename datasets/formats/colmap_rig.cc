@@ -51,7 +51,7 @@ std::string rigs_text(const std::vector<Sensor>& cameras) {
       "QY, QZ, TX, TY, TZ])\n";
   text += fmt::format("1 {} CAMERA 1", cameras.size());
   for (std::size_t i = 1; i < cameras.size(); ++i) {
-    text += fmt::format(" CAMERA {} 1 {}", i + 1, colmap_pose(cameras[i].sensor_from_probe));
+    text += fmt::format(" CAMERA {} 1 {}", i + 1, colmap_pose(cameras[i].sensor_from_mount));
   }
   return text + "\n";
 }
@@ -68,7 +68,7 @@ std::string frames_text(std::size_t count) {
 std::string images_text(const std::vector<Sensor>& cameras) {
   std::string text = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    text += fmt::format("{} {} {} {}/0000.png\n\n", i + 1, colmap_pose(cameras[i].sensor_from_probe), i + 1,
+    text += fmt::format("{} {} {} {}/0000.png\n\n", i + 1, colmap_pose(cameras[i].sensor_from_mount), i + 1,
                         cameras[i].name);
   }
   return text;

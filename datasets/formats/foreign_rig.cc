@@ -24,7 +24,7 @@ constexpr double kMatrixRounding = 1e-4;  // of rotation matrices that people pr
 Expected<void> check_bounds(const Sensor& sensor) {
   const auto beyond = [](double value) { return !(std::abs(value) <= kLargestValue); };
   const std::vector<double>& parameters = sensor.lens.parameters();
-  const Eigen::Vector3d& translation = sensor.sensor_from_probe.translation;
+  const Eigen::Vector3d& translation = sensor.sensor_from_mount.translation;
   if (std::any_of(parameters.begin(), parameters.end(), beyond) ||
       std::any_of(translation.begin(), translation.end(), beyond)) {
     return fail(fmt::format("{} has a number beyond {:g}", sensor.name, kLargestValue));
@@ -85,12 +85,12 @@ Expected<Pose> pose_from_matrix(const Eigen::Matrix3d& rotation, const Eigen::Ve
 
 Expected<Rig> rig_from_sensors(std::vector<Sensor> sensors) {
   Rig rig;
-  const Pose common_from_first = sensors.front().sensor_from_probe.inverse();
+  const Pose common_from_first = sensors.front().sensor_from_mount.inverse();
   for (Sensor& sensor : sensors) {
-    sensor.sensor_from_probe = sensor.sensor_from_probe * common_from_first;
-    sensor.sensor_from_probe.rotation.normalize();
+    sensor.sensor_from_mount = sensor.sensor_from_mount * common_from_first;
+    sensor.sensor_from_mount.rotation.normalize();
   }
-  sensors.front().sensor_from_probe = Pose();
+  sensors.front().sensor_from_mount = Pose();
   for (const Sensor& sensor : sensors) {
     if (auto held = check_bounds(sensor); !held) return tl::unexpected(held.error());
   }
@@ -99,7 +99,7 @@ Expected<Rig> rig_from_sensors(std::vector<Sensor> sensors) {
 }
 
 bool is_at_reference(const Sensor& sensor) {
-  const Pose& pose = sensor.sensor_from_probe;
+  const Pose& pose = sensor.sensor_from_mount;
   return sensor.kind == SensorKind::camera && pose.translation.isZero(0) && pose.rotation.vec().isZero(0);
 }
 

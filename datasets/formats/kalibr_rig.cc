@@ -120,8 +120,8 @@ Expected<std::vector<std::string>> write_kalibr_rig(const RigToExport& source, c
       return lens_refused(cameras[i], "a camchain of Kalibr's", "LENSMODEL_PINHOLE and LENSMODEL_OPENCV4");
     }
     text += camera_text(cameras[i], i);
-    if (i > 0) text += matrix_text(cameras[i].sensor_from_probe * previous_from_probe.inverse());
-    previous_from_probe = cameras[i].sensor_from_probe;
+    if (i > 0) text += matrix_text(cameras[i].sensor_from_mount * previous_from_probe.inverse());
+    previous_from_probe = cameras[i].sensor_from_mount;
   }
   if (cameras.empty()) return fail("the rig has no camera, which is all that Kalibr knows");
   if (auto written = write_file(folder / kFileName, text); !written) return tl::unexpected(written.error());

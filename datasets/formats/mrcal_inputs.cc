@@ -133,7 +133,7 @@ void add_cameras(const std::vector<Sensor>& cameras, double mm_per_unit, NpzArch
     intrinsics.insert(intrinsics.end(), camera.lens.parameters().begin(), camera.lens.parameters().end());
     sizes.push_back(camera.lens.size().width_px);
     sizes.push_back(camera.lens.size().height_px);
-    if (&camera != &cameras.front()) append_rt(camera.sensor_from_probe, mm_per_unit, extrinsics);
+    if (&camera != &cameras.front()) append_rt(camera.sensor_from_mount, mm_per_unit, extrinsics);
   }
   const Lens& lens = cameras.front().lens;
   archive.add_text("lensmodel", lens.model());

@@ -26,7 +26,7 @@ Expected<std::vector<std::string>> write_mrcal_rig(const RigToExport& source, co
   const auto inputs = mrcal_inputs(source);
   int camera = 0;
   for (const Sensor& sensor : rig.sensors) {
-    CameraModel model{sensor.lens, sensor.sensor_from_probe};
+    CameraModel model{sensor.lens, sensor.sensor_from_mount};
     if (inputs && sensor.kind == SensorKind::camera) model.inputs = OptimizationInputs{*inputs, camera++};
     const std::string text = cameramodel_text(model, unit_name(source.mm_per_unit));
     if (auto written = write_file(folder / (sensor.name + ".cameramodel"), text); !written) {

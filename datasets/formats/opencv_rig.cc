@@ -23,8 +23,8 @@ std::string sensor_text(const Sensor& sensor) {
   storage << "camera_matrix" << to_mat(camera_matrix(sensor.lens));
   storage << "distortion_coefficients"
           << to_mat(Eigen::Map<const Eigen::VectorXd>(terms.data(), static_cast<Eigen::Index>(terms.size())));
-  storage << "R" << to_mat(sensor.sensor_from_probe.rotation.toRotationMatrix());
-  storage << "T" << to_mat(sensor.sensor_from_probe.translation);
+  storage << "R" << to_mat(sensor.sensor_from_mount.rotation.toRotationMatrix());
+  storage << "T" << to_mat(sensor.sensor_from_mount.translation);
   storage << "sensor_kind" << (sensor.kind == SensorKind::camera ? "camera" : "projector");
   return storage.releaseAndGetString();
 }

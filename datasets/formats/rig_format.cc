@@ -32,7 +32,7 @@ Expected<RigFormat> rig_format(const std::string& name) {
 }
 
 Rig scaled(Rig rig, double factor) {
-  for (Sensor& sensor : rig.sensors) sensor.sensor_from_probe.translation *= factor;
+  for (Sensor& sensor : rig.sensors) sensor.sensor_from_mount.translation *= factor;
   return rig;
 }
 

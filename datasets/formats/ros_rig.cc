@@ -46,7 +46,7 @@ Rectification from_mats(const cv::Mat& rotation, const cv::Mat& projection) {
 }
 
 std::vector<Rectification> rectified_pair(const Sensor& first, const Sensor& second) {
-  const Pose second_from_first = second.sensor_from_probe * first.sensor_from_probe.inverse();
+  const Pose second_from_first = second.sensor_from_mount * first.sensor_from_mount.inverse();
   const ImageSize size = first.lens.size();
   cv::Mat r1, r2, p1, p2, q;
   cv::stereoRectify(to_mat(camera_matrix(first.lens)), terms_mat(first.lens), to_mat(camera_matrix(second.lens)),
@@ -152,7 +152,7 @@ Expected<Rig> rig_of_pair(std::vector<CameraInfo> pair) {
       return fail(fmt::format("{}: rectification_matrix: {}", info.camera.name, rectified_from_camera.error().message));
     }
     const Pose offset{Eigen::Quaterniond::Identity(), offset_mm(projection)};
-    info.camera.sensor_from_probe = rectified_from_camera->inverse() * offset;
+    info.camera.sensor_from_mount = rectified_from_camera->inverse() * offset;
     sensors.push_back(std::move(info.camera));
   }
   return rig_from_sensors(std::move(sensors));

@@ -99,7 +99,7 @@ TrueGeometry Renderer::true_geometry(std::size_t station, std::size_t camera) co
   const SceneStation& placed = scene_.stations[station];
   const Tracer& tracer = prepared_->tracer(placed);
   const Sensor& sensor = scene_.cameras[camera].sensor;
-  const Pose camera_from_surface = sensor.sensor_from_probe * placed.probe_from_surface;
+  const Pose camera_from_surface = sensor.sensor_from_mount * placed.probe_from_surface;
   const Pose surface_from_camera = camera_from_surface.inverse();
   const ImageSize size = sensor.lens.size();
   TrueGeometry truth{cv::Mat1d(size.height_px, size.width_px, none),
@@ -113,7 +113,7 @@ TrueGeometry Renderer::true_geometry(std::size_t station, std::size_t camera) co
       if (!hit) continue;
       truth.depth_mm(y, x) = (camera_from_surface * *hit).z();
       if (!scene_.projector) continue;
-      const Pose projector_from_surface = scene_.projector->sensor.sensor_from_probe * placed.probe_from_surface;
+      const Pose projector_from_surface = scene_.projector->sensor.sensor_from_mount * placed.probe_from_surface;
       const SurfacePoint point = tracer.surface().at(hit->x(), hit->y());
       const auto pixel =
           prepared_->projector->pixel_towards(projector_from_surface * *hit, Eigen::Vector3d::Zero(), 0.5);

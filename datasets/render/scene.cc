@@ -81,7 +81,7 @@ struct SensorView {
   SensorView(const Surface& seen, const Sensor& sensor, const Pose& probe_from_surface)
       : surface(seen),
         lens(sensor.lens),
-        sensor_from_surface(sensor.sensor_from_probe * probe_from_surface),
+        sensor_from_surface(sensor.sensor_from_mount * probe_from_surface),
         surface_from_sensor(sensor_from_surface.inverse()) {}
 
   std::optional<Eigen::Vector3d> point_at(const Eigen::Vector2d& pixel) const {

@@ -95,9 +95,9 @@ class RowTracer {
   RowTracer(const PreparedCamera& camera, const PreparedProjector* projector, const Tracer& tracer,
             const Pose& probe_from_surface, const TransportSettings& settings)
       : camera_(camera), projector_(projector), tracer_(tracer), settings_(settings) {
-    surface_from_camera_ = (camera.camera.sensor.sensor_from_probe * probe_from_surface).inverse();
+    surface_from_camera_ = (camera.camera.sensor.sensor_from_mount * probe_from_surface).inverse();
     if (!projector) return;
-    projector_from_surface_ = projector->projector.sensor.sensor_from_probe * probe_from_surface;
+    projector_from_surface_ = projector->projector.sensor.sensor_from_mount * probe_from_surface;
     surface_from_projector_ = projector_from_surface_.inverse();
   }
 

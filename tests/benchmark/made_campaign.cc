@@ -49,7 +49,7 @@ Pose random_placement(int cameras, Random& random) {
 // False where a corner falls outside the image.
 bool see(const CalibrationState& state, std::size_t camera, std::size_t placement, CornerView& view) {
   const Sensor& sensor = state.rig.sensors[camera];
-  const Pose sensor_from_board = sensor.sensor_from_probe * state.probe_from_board[placement];
+  const Pose sensor_from_board = sensor.sensor_from_mount * state.world_from_board[placement];
   view = {camera, placement, {}, {}};
   for (int i = 0; i < state.boards[0].point_count(); ++i) {
     const auto projected = sensor.lens.project(sensor_from_board * state.boards[0].point(i));
@@ -63,7 +63,7 @@ bool see(const CalibrationState& state, std::size_t camera, std::size_t placemen
 
 void place_boards(const CampaignOptions& options, CalibrationState& truth, Observations& observations, Random& random) {
   while (observations.placement_count < static_cast<std::size_t>(options.boards)) {
-    truth.probe_from_board.push_back(random_placement(options.cameras, random));
+    truth.world_from_board.push_back(random_placement(options.cameras, random));
     truth.board_of.push_back(0);
     std::vector<CornerView> views(truth.rig.sensors.size());
     bool whole = true;
@@ -71,7 +71,7 @@ void place_boards(const CampaignOptions& options, CalibrationState& truth, Obser
       whole = see(truth, c, observations.placement_count, views[c]);
     }
     if (!whole) {
-      truth.probe_from_board.pop_back();
+      truth.world_from_board.pop_back();
       truth.board_of.pop_back();
       continue;
     }
@@ -100,9 +100,9 @@ void disturb(CalibrationState& state, Random& random) {
     parameters[1] *= 1.02;
     std::fill(parameters.begin() + 4, parameters.end(), 0);
     sensor.lens = sensor.lens.with_parameters(parameters);
-    if (c > 0) shift(sensor.sensor_from_probe, 1e-3, 1);
+    if (c > 0) shift(sensor.sensor_from_mount, 1e-3, 1);
   }
-  for (Pose& pose : state.probe_from_board) shift(pose, 1e-2, 10);
+  for (Pose& pose : state.world_from_board) shift(pose, 1e-2, 10);
 }
 
 }  // namespace

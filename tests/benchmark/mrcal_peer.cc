@@ -33,11 +33,11 @@ MrcalPeer::MrcalPeer(const Campaign& campaign, int corners) {
   }
   for (const Sensor& sensor : start.rig.sensors) {
     lenses.insert(lenses.end(), sensor.lens.parameters().begin(), sensor.lens.parameters().end());
-    append(sensor.sensor_from_probe, mounts);
+    append(sensor.sensor_from_mount, mounts);
   }
-  for (const Pose& pose : start.probe_from_board) append(pose, placements);
+  for (const Pose& pose : start.world_from_board) append(pose, placements);
   write<std::int64_t>(folder_ / "sizes", {static_cast<std::int64_t>(start.rig.sensors.size()),
-                                          static_cast<std::int64_t>(start.probe_from_board.size()), corners, 1});
+                                          static_cast<std::int64_t>(start.world_from_board.size()), corners, 1});
   write(folder_ / "pixels", pixels);
   write(folder_ / "lenses", lenses);
   write(folder_ / "mounts", mounts);

@@ -34,7 +34,7 @@ double worst_relative_error(const Rig& found, const Rig& truth) {
     for (std::size_t i = 0; i < b.size(); ++i)
       worst = std::max(worst, std::abs(a[i] - b[i]) / std::max(1.0, std::abs(b[i])));
     worst = std::max(worst,
-                     local_step(truth.sensors[s].sensor_from_probe, found.sensors[s].sensor_from_probe).norm() / 250);
+                     local_step(truth.sensors[s].sensor_from_mount, found.sensors[s].sensor_from_mount).norm() / 250);
   }
   return worst;
 }
@@ -72,7 +72,7 @@ TEST(Calibrate, NamesWhatIsMissing) {
 
   Synthetic parallel = make_synthetic({.placements = 5});
   for (std::size_t p = 0; p < 5; ++p) {
-    Pose& pose = parallel.truth.probe_from_board[p];
+    Pose& pose = parallel.truth.world_from_board[p];
     pose = {Eigen::Quaterniond::Identity(),
             {-160.0 + 12.0 * static_cast<double>(p), -120, 750.0 + 30.0 * static_cast<double>(p)}};
     CornerView& view = parallel.observations.corners[p];

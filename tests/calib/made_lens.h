@@ -40,7 +40,7 @@ inline MadeLens made_lens(const Lens& lens, const std::string& fitted_model, dou
       view.corners.push_back(i);
       view.pixels.push_back(*pixel + Eigen::Vector2d(x, normal(generator)));
     }
-    made.truth.probe_from_board.push_back(pose);
+    made.truth.world_from_board.push_back(pose);
     made.truth.board_of.push_back(0);
     made.data.board_of.push_back(0);
     made.data.placement_names.push_back("p" + std::to_string(p));

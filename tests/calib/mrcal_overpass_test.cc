@@ -80,7 +80,7 @@ class MrcalOverpass : public testing::Test {
     for (Eigen::Index f = 0; f < frames.rows(); ++f) {
       const Eigen::Vector3d rotation = frames.block<1, 3>(f, 0).transpose();
       rotations_.push_back(rotation);
-      state_.probe_from_board.push_back({rotation_from_vector(rotation), frames.block<1, 3>(f, 3).transpose()});
+      state_.world_from_board.push_back({rotation_from_vector(rotation), frames.block<1, 3>(f, 3).transpose()});
       state_.board_of.push_back(0);
       CornerView view{0, static_cast<std::size_t>(f), {}, {}};
       for (int i = 0; i < kPoints; ++i) {
@@ -256,7 +256,7 @@ TEST_F(MrcalOverpass, OurSolveFromADisturbedStartCostsNoMore) {
   start.boards[0].warp_mm.setZero();
   std::mt19937 generator(3);
   std::normal_distribution<double> noise(0, 0.01);
-  for (Pose& pose : start.probe_from_board) {
+  for (Pose& pose : start.world_from_board) {
     pose = retract(pose, Vector6d::NullaryExpr([&](Eigen::Index) { return noise(generator); }));
   }
   const auto cost = least_cost(start);

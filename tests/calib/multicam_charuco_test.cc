@@ -123,7 +123,7 @@ std::vector<double> stored_rms_px(const std::vector<Sensor>& cameras, const std:
     const auto point = points.find({seen.moment, seen.corner});
     if (point == points.end()) continue;
     const Sensor& camera = cameras[seen.camera];
-    const auto pixel = camera.lens.project(camera.sensor_from_probe * point->second);
+    const auto pixel = camera.lens.project(camera.sensor_from_mount * point->second);
     if (!pixel) continue;
     squares[seen.camera] += (*pixel - seen.pixel).squaredNorm();
     counts[seen.camera] += 1;

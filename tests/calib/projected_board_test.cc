@@ -123,7 +123,7 @@ TEST(ProjectedBoard, CalibratesTheProjectorWithoutStripes) {
     EXPECT_LT(std::abs(estimate[i] - expected[i]), 4 * std::sqrt(covariance(row, row))) << "parameter " << i;
   }
   const Eigen::Vector3d shift =
-      state.rig.sensors[1].sensor_from_probe.translation - truth.sensors[1].sensor_from_probe.translation;
+      state.rig.sensors[1].sensor_from_mount.translation - truth.sensors[1].sensor_from_mount.translation;
   EXPECT_LT(shift.norm(), 2);
 }
 

@@ -31,7 +31,7 @@ CalibrationData noisy_data() {
 
 // Of |translation| of the projector.
 double baseline_sigma(const Rig& rig) {
-  const Eigen::Vector3d direction = rig.sensors[1].sensor_from_probe.translation.normalized();
+  const Eigen::Vector3d direction = rig.sensors[1].sensor_from_mount.translation.normalized();
   const auto& names = rig.covariance.names;
   const auto row = std::find(names.begin(), names.end(), "proj0.translation_x") - names.begin();
   return std::sqrt(direction.dot(rig.covariance.matrix.block<3, 3>(row, row) * direction));
@@ -44,7 +44,7 @@ TEST(ScaleUncertainty, ABaselineHoldsTheCertificates) {
   data.boards[0].certificate = BoardCertificate{.pitch_sigma_mm = 0.08};  // 0.2 % of the pitch
   const Calibration calibration = calibrate(data, options).value();
   const Rig known = calibrated_rig(calibration);
-  const double baseline = known.sensors[1].sensor_from_probe.translation.norm();
+  const double baseline = known.sensors[1].sensor_from_mount.translation.norm();
   EXPECT_NEAR(baseline_sigma(known), std::hypot(baseline_sigma(unknown), 0.002 * baseline), 1e-9 * baseline);
   const auto& names = known.covariance.names;
   const auto row = std::find(names.begin(), names.end(), "board.scale") - names.begin();
@@ -63,8 +63,8 @@ TEST(ScaleUncertainty, TheRigScalesWithItsBoard) {
   for (std::size_t s = 0; s < 2; ++s) {
     const Sensor &a = nominal.rig.sensors[s], &b = larger.rig.sensors[s];
     // As far as both refinements converged; the scale itself moves the baseline by 0.2 mm.
-    EXPECT_LT((b.sensor_from_probe.translation - 1.001 * a.sensor_from_probe.translation).norm(), 1e-5);
-    EXPECT_LT(a.sensor_from_probe.rotation.angularDistance(b.sensor_from_probe.rotation), 1e-8);
+    EXPECT_LT((b.sensor_from_mount.translation - 1.001 * a.sensor_from_mount.translation).norm(), 1e-5);
+    EXPECT_LT(a.sensor_from_mount.rotation.angularDistance(b.sensor_from_mount.rotation), 1e-8);
     for (std::size_t i = 0; i < a.lens.parameters().size(); ++i) {
       EXPECT_NEAR(a.lens.parameters()[i], b.lens.parameters()[i], 1e-4);
     }
@@ -86,10 +86,10 @@ TEST(ScaleUncertainty, TemperatureEntersScaleAndUncertainty) {
   CalibrationData data = noisy_data();
   data.boards[0].certificate = BoardCertificate{.pitch_sigma_mm = 0.01, .temperature_c = 20, .expansion_per_k = 1e-4};
   const double cold =
-      calibrate(data, {.warp = WarpChoice::off})->bundle.state.rig.sensors[1].sensor_from_probe.translation.norm();
+      calibrate(data, {.warp = WarpChoice::off})->bundle.state.rig.sensors[1].sensor_from_mount.translation.norm();
   data.temperature = Temperature{30, 0.1};
   const double hot =
-      calibrate(data, {.warp = WarpChoice::off})->bundle.state.rig.sensors[1].sensor_from_probe.translation.norm();
+      calibrate(data, {.warp = WarpChoice::off})->bundle.state.rig.sensors[1].sensor_from_mount.translation.norm();
   EXPECT_NEAR(hot / cold, 1.001, 1e-8);
 }
 

@@ -32,7 +32,7 @@ struct Baseline {
 };
 
 Baseline baseline(const BundleResult& bundle) {
-  const Eigen::Vector3d translation = bundle.state.rig.sensors[1].sensor_from_probe.translation;
+  const Eigen::Vector3d translation = bundle.state.rig.sensors[1].sensor_from_mount.translation;
   const Eigen::Matrix3d covariance =
       bundle.covariance.of({{BlockId::Kind::mount, 1}}, bundle.state).bottomRightCorner<3, 3>();
   const Eigen::Vector3d along = translation.normalized();

@@ -26,7 +26,7 @@ Scene scene_of(SmallCapture which) {
   if (which == SmallCapture::turned_away) {
     Pose turn;
     turn.rotation = rotation_from_vector({0, 1.5, 0});
-    scene.projector->sensor.sensor_from_probe = turn * scene.projector->sensor.sensor_from_probe;
+    scene.projector->sensor.sensor_from_mount = turn * scene.projector->sensor.sensor_from_mount;
   }
   if (which == SmallCapture::parallel) {
     const Pose first = scene.stations.front().probe_from_surface;

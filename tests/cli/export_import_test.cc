@@ -58,8 +58,8 @@ TEST_F(ExportImport, EveryFormatThereAndBack) {
     for (const Sensor& camera : {rig_.sensors[0], rig_.sensors[1]}) {
       const Sensor& again = read->sensors[read->find(camera.name).value()];
       const Eigen::Vector3d point(40, -30, 700);
-      EXPECT_LT((*again.lens.project(again.sensor_from_probe * point) -
-                 *camera.lens.project(camera.sensor_from_probe * point))
+      EXPECT_LT((*again.lens.project(again.sensor_from_mount * point) -
+                 *camera.lens.project(camera.sensor_from_mount * point))
                     .norm(),
                 1e-9)
           << format.name;
@@ -77,7 +77,7 @@ TEST_F(ExportImport, UnitsAreAskedForWhereTheFormatHasNone) {
   EXPECT_FALSE(std::filesystem::exists(home_ / "back"));
   ASSERT_EQ(run_program("import " + path("cv") + " --format=opencv --unit=m --out=" + path("back")).exit_code, 0);
   const Rig read = read_rig(home_ / "back").value();
-  EXPECT_NEAR(read.sensors[read.find("right").value()].sensor_from_probe.translation.x(), -120, 1e-10);
+  EXPECT_NEAR(read.sensors[read.find("right").value()].sensor_from_mount.translation.x(), -120, 1e-10);
   // One camera at the reference has no lengths.
   const ProgramRun one = run_program("import " + path("cv/left.yml") + " --format=opencv --out=" + path("one"));
   EXPECT_EQ(one.exit_code, 0) << one.err;

@@ -111,7 +111,7 @@ TEST(Render, depth_leads_to_the_projector_pixel_and_the_ideal_stripes) {
       for (int x = 0; x < 320; x += 7) {
         if (std::isnan(truth.projector_px(y, x)[0])) continue;
         const Eigen::Vector3d in_camera = truth.depth_mm(y, x) * *camera.lens.ray(Eigen::Vector2d(x, y));
-        const Eigen::Vector2d pixel = *projector.lens.project(projector.sensor_from_probe * in_camera);
+        const Eigen::Vector2d pixel = *projector.lens.project(projector.sensor_from_mount * in_camera);
         EXPECT_NEAR(pixel.x(), truth.projector_px(y, x)[0], 1e-6);
         EXPECT_NEAR(pixel.y(), truth.projector_px(y, x)[1], 1e-6);
         const Pose probe_from_surface = scene.stations[station].probe_from_surface;
@@ -230,7 +230,7 @@ TEST(Render, surfaces_cast_shadows_on_themselves) {
   shape.size_mm = {3000, 3000};
   shape.recesses = {{{0, 0}, {60, 60}, 120}};
   scene.panel.emplace(shape, Material{0.8, 0, 0.3});
-  scene.projector->sensor.sensor_from_probe.translation = {-700, 0, 0};
+  scene.projector->sensor.sensor_from_mount.translation = {-700, 0, 0};
   scene.projector->sensor.lens =
       *Lens::undistorted("LENSMODEL_PINHOLE", scene.projector->sensor.lens.size(), 20, 20, Eigen::Vector2d(31.5, 23.5));
   const TrueGeometry truth = Renderer(scene, 2).true_geometry(0, 0);

@@ -41,8 +41,8 @@ void expect_same(const Rig& a, const Rig& b) {
     EXPECT_EQ(x.lens.model(), y.lens.model());
     EXPECT_EQ(x.lens.size(), y.lens.size());
     EXPECT_EQ(x.lens.parameters(), y.lens.parameters());
-    EXPECT_EQ(x.sensor_from_probe.rotation.coeffs(), y.sensor_from_probe.rotation.coeffs());
-    EXPECT_EQ(x.sensor_from_probe.translation, y.sensor_from_probe.translation);
+    EXPECT_EQ(x.sensor_from_mount.rotation.coeffs(), y.sensor_from_mount.rotation.coeffs());
+    EXPECT_EQ(x.sensor_from_mount.translation, y.sensor_from_mount.translation);
   }
   EXPECT_EQ(a.sigma_px, b.sigma_px);
   EXPECT_EQ(a.covariance.names, b.covariance.names);
@@ -88,7 +88,7 @@ TEST(RigFile, RefusesToWriteWhatCouldNotBeRead) {
   EXPECT_THAT(message([](Rig& rig) { rig.sensors[0].name = "../cam"; }), HasSubstr("../cam"));
   EXPECT_THAT(message([](Rig& rig) { rig.sensors.clear(); }), HasSubstr("without sensors"));
   EXPECT_THAT(message([](Rig& rig) { rig.sensors[1].name = "cam0"; }), HasSubstr("Two sensors are named cam0"));
-  EXPECT_THAT(message([](Rig& rig) { rig.sensors[1].sensor_from_probe.translation.x() = NAN; }), HasSubstr("proj-0"));
+  EXPECT_THAT(message([](Rig& rig) { rig.sensors[1].sensor_from_mount.translation.x() = NAN; }), HasSubstr("proj-0"));
   EXPECT_THAT(message([](Rig& rig) { rig.sigma_px["cam0.corners"] = NAN; }), HasSubstr("cam0.corners"));
   EXPECT_THAT(message([](Rig& rig) { rig.covariance.matrix(0, 1) = NAN; }), HasSubstr("covariance"));
   EXPECT_THAT(message([](Rig& rig) { rig.covariance.matrix(0, 0) = -1; }), HasSubstr("cam0.fx"));

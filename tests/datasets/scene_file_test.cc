@@ -42,7 +42,7 @@ TEST(SceneFile, reads_the_scenes_that_come_with_the_program) {
   const Eigen::Vector3d middle = small.stations[0].probe_from_surface * Eigen::Vector3d(96, 60, 0);
   EXPECT_LT((middle - Eigen::Vector3d(0, 0, 500)).norm(), 1e-9);
   // The projector's place is where it stands, not where it sees the probe.
-  const Eigen::Vector3d stands = small.projector->sensor.sensor_from_probe.inverse().translation;
+  const Eigen::Vector3d stands = small.projector->sensor.sensor_from_mount.inverse().translation;
   EXPECT_LT((stands - Eigen::Vector3d(180, 0, 0)).norm(), 1e-9);
 
   const Scene door = scene_from_file("door.yaml");

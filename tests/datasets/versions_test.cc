@@ -20,7 +20,7 @@ TEST(RigVersions, OneIsRead) {
   ASSERT_EQ(rig->sensors.size(), 2U);
   EXPECT_EQ(rig->sensors[0].lens.model(), "LENSMODEL_OPENCV5");
   EXPECT_EQ(rig->sensors[1].kind, SensorKind::projector);
-  EXPECT_EQ(rig->sensors[1].sensor_from_probe.translation.x(), -235.21468070633023);
+  EXPECT_EQ(rig->sensors[1].sensor_from_mount.translation.x(), -235.21468070633023);
   EXPECT_EQ(rig->sigma_px.at("proj0.stripes"), 0.04831660759493074);
   EXPECT_EQ(rig->covariance.names.back(), "board.warp_y");
   EXPECT_EQ(rig->covariance.matrix.rows(), 26);

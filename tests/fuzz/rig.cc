@@ -19,10 +19,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
               again->covariance.names == rig->covariance.names && again->covariance.matrix == rig->covariance.matrix,
           "what is written comes back the same");
   for (std::size_t i = 0; i < rig->sensors.size(); ++i) {
-    const Pose& pose = rig->sensors[i].sensor_from_probe;
+    const Pose& pose = rig->sensors[i].sensor_from_mount;
     require(again->sensors[i].lens.parameters() == rig->sensors[i].lens.parameters() &&
-                again->sensors[i].sensor_from_probe.rotation.coeffs() == pose.rotation.coeffs() &&
-                again->sensors[i].sensor_from_probe.translation == pose.translation,
+                again->sensors[i].sensor_from_mount.rotation.coeffs() == pose.rotation.coeffs() &&
+                again->sensors[i].sensor_from_mount.translation == pose.translation,
             "sensors come back the same");
   }
   return 0;

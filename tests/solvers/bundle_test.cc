@@ -17,7 +17,7 @@ std::vector<double> all_parameters(const CalibrationState& state) {
   for (const Sensor& sensor : state.rig.sensors) {
     values.insert(values.end(), sensor.lens.parameters().begin(), sensor.lens.parameters().end());
   }
-  for (const double t : state.rig.sensors[1].sensor_from_probe.translation) values.push_back(t);
+  for (const double t : state.rig.sensors[1].sensor_from_mount.translation) values.push_back(t);
   return values;
 }
 

@@ -73,7 +73,7 @@ class Blocks {
           break;
         }
         case BlockId::Kind::mount:
-          state.rig.sensors[block.index].sensor_from_probe = PoseManifold::unpack(value);
+          state.rig.sensors[block.index].sensor_from_mount = PoseManifold::unpack(value);
           break;
         case BlockId::Kind::warp:
           state.boards[block.index].warp_mm = Eigen::Map<const Eigen::Vector2d>(value);
@@ -82,7 +82,7 @@ class Blocks {
           state.boards[block.index].scale = *value;
           break;
         case BlockId::Kind::placement:
-          state.probe_from_board[block.index] = PoseManifold::unpack(value);
+          state.world_from_board[block.index] = PoseManifold::unpack(value);
           break;
       }
     }
@@ -97,8 +97,8 @@ class Blocks {
     }
     if (block.kind == BlockId::Kind::scale) return {state.boards[block.index].scale};
     std::vector<double> value(kPoseSize);
-    PoseManifold::pack(block.kind == BlockId::Kind::mount ? state.rig.sensors[block.index].sensor_from_probe
-                                                          : state.probe_from_board[block.index],
+    PoseManifold::pack(block.kind == BlockId::Kind::mount ? state.rig.sensors[block.index].sensor_from_mount
+                                                          : state.world_from_board[block.index],
                        value.data());
     return value;
   }

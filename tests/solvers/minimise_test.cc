@@ -123,7 +123,7 @@ Eigen::VectorXd common_step(const Parameters& parameters, const CalibrationState
       case BlockId::Kind::mount:
       case BlockId::Kind::placement:
         of_block =
-            local_step(from.rig.sensors[block.index].sensor_from_probe, to.rig.sensors[block.index].sensor_from_probe);
+            local_step(from.rig.sensors[block.index].sensor_from_mount, to.rig.sensors[block.index].sensor_from_mount);
         break;
     }
   }
@@ -191,10 +191,10 @@ TEST(Minimise, TheSameBitsAtAnyThreadCount) {
 
 TEST(Minimise, AStartThatPredictsNothingIsAnErrorAndIsLeftAlone) {
   const auto given = problem({.placements = 3});
-  given->start.probe_from_board[1].translation.z() = -800;
+  given->start.world_from_board[1].translation.z() = -800;
   const Parameters parameters(given->start, given->views, given->held);
   EXPECT_FALSE(minimise(given->views, given->weights, parameters, {}, given->start));
-  EXPECT_EQ(given->start.probe_from_board[1].translation.z(), -800);
+  EXPECT_EQ(given->start.world_from_board[1].translation.z(), -800);
 }
 
 TEST(Minimise, SaysThatItRanOutOfIterations) {

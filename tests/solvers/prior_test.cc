@@ -25,9 +25,9 @@ CalibrationState moved(CalibrationState state, const Eigen::VectorXd& step) {
   std::vector<double> parameters = lens.parameters();
   for (std::size_t i = 0; i < parameters.size(); ++i) parameters[i] += step[static_cast<Eigen::Index>(i)];
   lens = lens.with_parameters(parameters);
-  Pose& mount = state.rig.sensors[1].sensor_from_probe;
+  Pose& mount = state.rig.sensors[1].sensor_from_mount;
   mount = retract(mount, step.segment<6>(9));
-  state.probe_from_board[2] = retract(state.probe_from_board[2], step.segment<6>(15));
+  state.world_from_board[2] = retract(state.world_from_board[2], step.segment<6>(15));
   return state;
 }
 

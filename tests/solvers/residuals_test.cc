@@ -18,8 +18,8 @@ CalibrationState moved_block(CalibrationState state, const BlockId& block, const
       break;
     }
     case BlockId::Kind::mount:
-      state.rig.sensors[block.index].sensor_from_probe =
-          retract(state.rig.sensors[block.index].sensor_from_probe, step);
+      state.rig.sensors[block.index].sensor_from_mount =
+          retract(state.rig.sensors[block.index].sensor_from_mount, step);
       break;
     case BlockId::Kind::warp:
       state.boards[block.index].warp_mm += step;
@@ -28,7 +28,7 @@ CalibrationState moved_block(CalibrationState state, const BlockId& block, const
       state.boards[block.index].scale += step[0];
       break;
     case BlockId::Kind::placement:
-      state.probe_from_board[block.index] = retract(state.probe_from_board[block.index], step);
+      state.world_from_board[block.index] = retract(state.world_from_board[block.index], step);
       break;
   }
   return state;
@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(CornersAndDiscs, Jacobians, testing::Values(0, 9));
 
 TEST(Residuals, ABoardBehindTheCameraIsNoPrediction) {
   Synthetic made = make_synthetic({.placements = 1});
-  made.truth.probe_from_board[0].translation.z() = -800;
+  made.truth.world_from_board[0].translation.z() = -800;
   ViewEvaluation evaluation;
   for (const auto& view : make_views(made.observations, made.truth.board_of)) {
     EXPECT_FALSE(view->evaluate(made.truth, true, evaluation)) << name_of(view->kind());

@@ -52,13 +52,13 @@ Synthetic make_synthetic(const SyntheticOptions& options) {
                                lens(options.model, 1500, options.projector_principal_point, -0.03), proj_from_cam});
   made.observations.placement_count = static_cast<std::size_t>(options.placements);
   for (int p = 0; p < options.placements; ++p) {
-    truth.probe_from_board.push_back(placement(p, truth.boards[0]));
+    truth.world_from_board.push_back(placement(p, truth.boards[0]));
     truth.board_of.push_back(0);
     const std::size_t index = static_cast<std::size_t>(p);
     CornerView corners{0, index, {}, {}};
     for (int i = 0; i < truth.boards[0].point_count(); ++i) {
       corners.corners.push_back(i);
-      const Eigen::Vector3d in_camera = truth.probe_from_board.back() * truth.boards[0].point(i);
+      const Eigen::Vector3d in_camera = truth.world_from_board.back() * truth.boards[0].point(i);
       corners.pixels.push_back(*truth.rig.sensors[0].lens.project(in_camera) + noise2(options.corner_sigma_px));
     }
     const Transfer to_projector(truth, 0, 1, index);
@@ -98,8 +98,8 @@ CalibrationState disturbed(const CalibrationState& truth, unsigned seed) {
     for (std::size_t i = 4; i < p.size(); ++i) p[i] = 0;
     sensor.lens = sensor.lens.with_parameters(p);
   }
-  disturb(state.rig.sensors[1].sensor_from_probe);
-  for (Pose& pose : state.probe_from_board) disturb(pose);
+  disturb(state.rig.sensors[1].sensor_from_mount);
+  for (Pose& pose : state.world_from_board) disturb(pose);
   return state;
 }
 

@@ -77,7 +77,7 @@ TEST(ColmapRig, KnownAnswer) {
   EXPECT_EQ(read->sensors[0].name, "P1180141");
   EXPECT_EQ(read->sensors[1].name, "right");
   EXPECT_EQ(read->sensors[0].lens.parameters(), (std::vector<double>{2559.81, 2559.81, 1535.5, 1151.5}));
-  const Pose& pose = read->sensors[1].sensor_from_probe;
+  const Pose& pose = read->sensors[1].sensor_from_mount;
   EXPECT_EQ(pose.translation, Eigen::Vector3d(-0.19316906391350164, 0.00085222218993398979, 0.0070758955539026785));
   EXPECT_NEAR(2 * std::acos(std::abs(pose.rotation.w())), 2 * std::acos(0.9999701516465348), 1e-9);
 }

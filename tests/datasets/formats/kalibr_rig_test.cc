@@ -68,8 +68,8 @@ TEST(KalibrRig, KnownAnswer) {
   EXPECT_EQ(read->sensors[1].name, "cam1");  // its topic is not of the form /NAME/image_raw
   EXPECT_EQ(read->sensors[2].name, "rear");
   const Eigen::Vector3d point(30, 50, 1000);
-  EXPECT_LT((read->sensors[1].sensor_from_probe * point - Eigen::Vector3d(50, 10, 1003)).norm(), 1e-10);
-  EXPECT_LT((read->sensors[2].sensor_from_probe * point - Eigen::Vector3d(250, 10, 1003)).norm(), 1e-10);
+  EXPECT_LT((read->sensors[1].sensor_from_mount * point - Eigen::Vector3d(50, 10, 1003)).norm(), 1e-10);
+  EXPECT_LT((read->sensors[2].sensor_from_mount * point - Eigen::Vector3d(250, 10, 1003)).norm(), 1e-10);
   // radtan at (x, y) = (0.5, 0.5): r2 = 0.5, radial 1 - 0.125 + 0.03125 = 0.90625;
   // x: 0.453125 + 2 r1 x y + r2' (r2 + 2 x^2) = 0.453125 + 0.005 + 0.02 = 0.478125; y: + 0.01 + 0.01 = 0.473125.
   const Eigen::Vector2d pixel = read->sensors[0].lens.project({0.5, 0.5, 1}).value();

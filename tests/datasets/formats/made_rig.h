@@ -56,7 +56,7 @@ inline void expect_camera(const Sensor& read, const Sensor& expected, const std:
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     EXPECT_NEAR(read.lens.parameters()[i], parameters[i], 1e-12) << read.name << ' ' << i;
   }
-  const Vector6d step = local_step(expected.sensor_from_probe, read.sensor_from_probe);
+  const Vector6d step = local_step(expected.sensor_from_mount, read.sensor_from_mount);
   EXPECT_LT(step.head<3>().norm(), 1e-14) << read.name;
   EXPECT_LT(step.tail<3>().norm(), 1e-11) << read.name;
 }

@@ -38,7 +38,7 @@ TEST_P(EveryOpencvLens, OpencvProjectsTheSame) {
     std::vector<cv::Point2d> pixels;
     cv::projectPoints(std::vector<cv::Point3d>{{80, -60, 700}}, rotation_vector, translation, matrix, distortion,
                       pixels);
-    const Eigen::Vector2d ours = sensor.lens.project(sensor.sensor_from_probe * Eigen::Vector3d(80, -60, 700)).value();
+    const Eigen::Vector2d ours = sensor.lens.project(sensor.sensor_from_mount * Eigen::Vector3d(80, -60, 700)).value();
     EXPECT_NEAR(pixels[0].x, ours.x(), 1e-9) << sensor.name;
     EXPECT_NEAR(pixels[0].y, ours.y(), 1e-9) << sensor.name;
   }
@@ -59,7 +59,7 @@ TEST(OpencvRig, WritesOtherUnits) {
   source.mm_per_unit = 1000;
   const auto read = there_and_back("opencv", source);
   ASSERT_TRUE(read);
-  EXPECT_NEAR(read->sensors[1].sensor_from_probe.translation.x(), -0.110 / 3, 1e-15);
+  EXPECT_NEAR(read->sensors[1].sensor_from_mount.translation.x(), -0.110 / 3, 1e-15);
 }
 
 TEST(OpencvRig, OtherLensesAreRefused) {

@@ -66,7 +66,7 @@ TEST(RosRig, KnownAnswer) {
   EXPECT_EQ(read->sensors[0].name, "left");
   EXPECT_EQ(read->sensors[1].name, "narrow_stereo_right");
   // (30, 50, 1000) in the left is (30 - 100, 50, 1000) in the rectified right, and R' of that: (50, 70, 1000).
-  EXPECT_LT((read->sensors[1].sensor_from_probe * Eigen::Vector3d(30, 50, 1000) - Eigen::Vector3d(50, 70, 1000)).norm(),
+  EXPECT_LT((read->sensors[1].sensor_from_mount * Eigen::Vector3d(30, 50, 1000) - Eigen::Vector3d(50, 70, 1000)).norm(),
             1e-10);
   // plumb_bob at (0.5, 0.5): r2 = 0.5, radial 1 - 0.125 + 0.03125 + 0.0625 = 0.96875; see the test of Kalibr's for
   // more.
@@ -89,7 +89,7 @@ TEST(RosRig, RectifiesThePair) {
   const TemporaryFolder home;
   const RigToExport source = made_rig("LENSMODEL_OPENCV5", 2);
   ASSERT_TRUE(rig_format("ros")->write(source, home.path()));
-  const Eigen::Vector3d second = source.rig.sensors[1].sensor_from_probe * Eigen::Vector3d(80, -60, 700);
+  const Eigen::Vector3d second = source.rig.sensors[1].sensor_from_mount * Eigen::Vector3d(80, -60, 700);
   const std::string script =
       "import sys, yaml, numpy as np\n"
       "def row(name, point):\n"

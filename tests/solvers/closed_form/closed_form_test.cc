@@ -52,7 +52,7 @@ TEST(Zhang, RecoversIntrinsicsAndPoses) {
   EXPECT_NEAR(k.principal_point_px.x(), truth[2], 1e-6);
   EXPECT_NEAR(k.principal_point_px.y(), truth[3], 1e-6);
   for (std::size_t i = 0; i < v.homographies.size(); ++i) {
-    const Vector6d step = local_step(plane_pose(v.homographies[i], k.matrix()), v.made.truth.probe_from_board[i]);
+    const Vector6d step = local_step(plane_pose(v.homographies[i], k.matrix()), v.made.truth.world_from_board[i]);
     EXPECT_LT(step.norm(), 1e-6);
   }
 }
@@ -152,16 +152,16 @@ TEST(Resection, RecoversAProjectorWithAnOffsetLens) {
   std::vector<Eigen::Vector3d> points;
   Points2d pixels;
   const Sensor& projector = v.made.truth.rig.sensors[1];
-  for (const Pose& probe_from_board : v.made.truth.probe_from_board) {
+  for (const Pose& probe_from_board : v.made.truth.world_from_board) {
     for (int i = 0; i < v.made.truth.boards[0].point_count(); ++i) {
       points.push_back(probe_from_board * v.made.truth.boards[0].point(i));
-      pixels.push_back(*projector.lens.project(projector.sensor_from_probe * points.back()));
+      pixels.push_back(*projector.lens.project(projector.sensor_from_mount * points.back()));
     }
   }
   const Resection found = resect(points, pixels).value();
   EXPECT_NEAR(found.intrinsics.focal_x_px, projector.lens.parameters()[0], 1e-4);
   EXPECT_NEAR(found.intrinsics.principal_point_px.y(), 850, 1e-4);
-  EXPECT_LT(local_step(found.sensor_from_points, projector.sensor_from_probe).norm(), 1e-4);
+  EXPECT_LT(local_step(found.sensor_from_points, projector.sensor_from_mount).norm(), 1e-4);
 }
 
 TEST(Resection, RefusesPointsOnAPlane) {
