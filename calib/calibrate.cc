@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "calib/correlation.h"
+#include "calib/initial_system.h"
 #include "calib/lens_prior.h"
 #include "solvers/decompositions.h"
 
@@ -13,17 +14,6 @@ namespace crumple {
 namespace {
 
 constexpr double kFlatBoards = 1e-3;  // the probability that flat boards seem warped
-
-std::vector<Board> nominal_boards(const CalibrationData& data) {
-  std::vector<Board> boards;
-  for (const BoardSpec& spec : data.boards) {
-    boards.push_back(board_of(spec.target, spec.name));
-    if (spec.certificate) {
-      boards.back().scale = scale_prior(*spec.certificate, spec.target.pitch_mm, data.temperature).scale;
-    }
-  }
-  return boards;
-}
 
 Expected<CalibrationState> closed_form_cameras(const CalibrationData& data) {
   return initial_cameras(data.sensors, nominal_boards(data), data.board_of, data.observations.corners,
@@ -110,7 +100,8 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
     if (!bent && warp == WarpChoice::on) return tl::unexpected(bent.error());
     statistic = bent ? wald_statistic(*bent, seen) : 0;
     if (warp == WarpChoice::on || significant(statistic, seen.size())) {
-      return Calibration{{}, start, std::move(*bent), true, statistic, {}};
+      return Calibration{
+          .start = start, .bundle = std::move(*bent), .warp_estimated = true, .warp_statistic = statistic};
     }
   }
   CalibrationState flat_start = start;
@@ -118,7 +109,7 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
   options.estimate_warp = false;
   auto flat = refine(flat_start, observations, options);
   if (!flat) return tl::unexpected(flat.error());
-  return Calibration{{}, start, std::move(*flat), false, statistic, {}};
+  return Calibration{.start = start, .bundle = std::move(*flat), .warp_statistic = statistic};
 }
 
 template <typename V>
@@ -134,13 +125,32 @@ std::vector<V> without(const std::vector<V>& views, std::size_t placement) {
 
 }  // namespace
 
+Expected<CalibrationState> closed_forms(const CalibrationData& data, const BundleOptions& options) {
+  if (!data.station_names.empty()) {
+    return initial_system(data, [&](const CalibrationData& part) { return closed_forms(part, options); });
+  }
+  BundleOptions flat = options;
+  flat.estimate_warp = false;
+  Expected<CalibrationState> start = has_projector(data) ? start_cameras(data, flat) : closed_form_cameras(data);
+  if (!start) return start;
+  if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
+  return start;
+}
+
+Expected<CalibrationState> stage_by_stage(const CalibrationData& data, const CalibrationOptions& options) {
+  return initial_system(data, [&](const CalibrationData& part) -> Expected<CalibrationState> {
+    auto calibration = calibrate(part, options);
+    if (!calibration) return tl::unexpected(calibration.error());
+    return std::move(calibration->bundle.state);
+  });
+}
+
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options) {
   BundleOptions bundle_options = options.bundle;
   bundle_options.estimate_warp = false;
-  Expected<CalibrationState> start =
-      has_projector(data) ? start_cameras(data, bundle_options) : closed_form_cameras(data);
+  const Expected<CalibrationState> start =
+      data.station_names.empty() ? closed_forms(data, bundle_options) : stage_by_stage(data, options);
   if (!start) return tl::unexpected(start.error());
-  if (const auto added = add_initial_projectors(data.pairs, *start); !added) return tl::unexpected(added.error());
 
   add_lens_priors(*start, bundle_options);
   for (Prior& prior : scale_priors(data.boards, data.board_of, data.temperature, *start)) {
@@ -160,6 +170,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   auto calibration = refine_shape(independent->state, data.observations, options.warp, bundle_options);
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
+  calibration->station_names = data.station_names;
   calibration->scale = scale_uncertainty(data.boards, data.board_of, data.temperature, calibration->bundle);
   calibration->start = *start;
   calibration->inflation = counted;
@@ -179,8 +190,15 @@ CalibrationData without_placement(const CalibrationData& data, std::size_t place
   return rest;
 }
 
+std::string place_name(const Calibration& calibration, const ViewSummary& view) {
+  if (view.placement) return calibration.placement_names[*view.placement];
+  return view.station ? calibration.station_names[*view.station] : "room";
+}
+
 RigCovariance rig_covariance(const BundleResult& bundle) {
-  return {bundle.covariance.names(), bundle.covariance.common()};
+  const int rows = bundle.covariance.rig_rows();
+  const std::vector<std::string>& names = bundle.covariance.names();
+  return {{names.begin(), names.begin() + rows}, bundle.covariance.common().topLeftCorner(rows, rows)};
 }
 
 Rig calibrated_rig(const Calibration& calibration) {

@@ -1,4 +1,6 @@
-// From observations to a calibrated rig: closed-form start, then the joint refinement.
+// From observations to a calibrated rig: closed-form start, then the joint refinement. Of a probe that stands still
+// (calib/initial_rig.h), or of a whole system: a probe moved about before boards, trackers that see its LEDs
+// (calib/initial_system.h).
 //
 // Lens terms that observations can hardly tell apart have weak priors (calib/lens_prior.h), beside the priors given.
 //
@@ -9,24 +11,12 @@
 #include <string>
 #include <vector>
 
-#include "calib/board_spec.h"
+#include "calib/calibration_data.h"
 #include "calib/correlation.h"
-#include "calib/initial_rig.h"
 #include "calib/scale_uncertainty.h"
 #include "solvers/bundle.h"
 
 namespace crumple {
-
-// What was observed, by sensors in the order of `sensors` (cameras first) and placements in the order of their names.
-struct CalibrationData {
-  std::vector<SensorSpec> sensors;
-  std::vector<BoardSpec> boards;
-  std::vector<std::size_t> board_of;            // the board each placement is of
-  std::optional<Temperature> temperature = {};  // of the boards
-  std::vector<std::string> placement_names;
-  Observations observations;
-  std::vector<PixelPairs> pairs;  // for the projectors' start
-};
 
 // Whether the boards' warp terms, two each, are estimated. `automatic` keeps them where they are significant: the Wald
 // statistic w' C^-1 w of all of them exceeds what flat boards reach once in a thousand times, 13.8 for one board.
@@ -38,22 +28,31 @@ struct CalibrationOptions {
 };
 
 struct Calibration {
-  std::vector<std::string> placement_names;
-  CalibrationState start;  // the closed forms
+  std::vector<std::string> placement_names = {};
+  std::vector<std::string> station_names = {};
+  CalibrationState start;  // the closed forms; of a system, its parts refined each by itself
   BundleResult bundle;
   bool warp_estimated = false;
   double warp_statistic = 0;  // where it was tried
-  Inflation inflation;        // observations that count as one
+  Inflation inflation = {};   // observations that count as one
   std::vector<Prior> priors = {};
   std::optional<ScaleUncertainty> scale = {};  // none: unknown
 };
 
+// What a view is of: the name of its placement or, of LEDs, of its station; "room" for LEDs fixed to the world.
+std::string place_name(const Calibration& calibration, const ViewSummary& view);
+
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options);
+
+// The start by closed forms alone (a projector's wants cameras refined against the boards, and gets them), and that of
+// a system with each part refined by itself.
+Expected<CalibrationState> closed_forms(const CalibrationData& data, const BundleOptions& options);
+Expected<CalibrationState> stage_by_stage(const CalibrationData& data, const CalibrationOptions& options);
 
 // The data without one placement, for cross-validation.
 CalibrationData without_placement(const CalibrationData& data, std::size_t placement);
 
-// The joint covariance of what is common to all placements, by name.
+// The joint covariance of what is common to all placements and stations, by name.
 RigCovariance rig_covariance(const BundleResult& bundle);
 
 // The estimated rig with its covariance and each group's sigma. It holds the scale's share where a certificate tells

@@ -11,6 +11,7 @@
 //      which copes with an offset lens and few tilts; the one that reprojects better is taken.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct SensorSpec {
   SensorKind kind = SensorKind::camera;
   ImageSize size;
   std::string lens_model = "LENSMODEL_OPENCV5";
+  Mount mount = Mount::probe;
 };
 
 // Camera pixels on the board whose projector pixel is known, of one placement.
@@ -33,6 +35,7 @@ struct PixelPairs {
   std::size_t placement = 0;
   std::vector<Eigen::Vector2d> camera_pixels;
   std::vector<Eigen::Vector2d> projector_pixels;
+  std::optional<std::size_t> station = {};  // as StripeView's
 };
 
 // The cameras and board poses. Sensors without corners keep an identity mount and a lens that only has the right size.

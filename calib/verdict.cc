@@ -39,7 +39,7 @@ void judge_views(const Calibration& calibration, std::vector<std::string>& reaso
         fmt::format("station {} is bad in {}: RMS {:.2f} px where {:.2f} px is usual, {:.0f} % of its {} left out; "
                     "look at the image, "
                     "or exclude it with the reason",
-                    calibration.placement_names[view.placement], calibration.bundle.state.rig.sensors[view.sensor].name,
+                    place_name(calibration, view), calibration.bundle.state.rig.sensors[view.sensor].name,
                     view.rms_all_px, expected, 100 * share, name_of(view.kind)));
   }
 }

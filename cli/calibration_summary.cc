@@ -74,7 +74,7 @@ json board_json(const Calibration& calibration, const Board& board) {
 json views_json(const Calibration& calibration) {
   json views = json::array();
   for (const ViewSummary& view : calibration.bundle.views) {
-    views.push_back({{"station", calibration.placement_names[view.placement]},
+    views.push_back({{"station", place_name(calibration, view)},
                      {"sensor", calibration.bundle.state.rig.sensors[view.sensor].name},
                      {"kind", name_of(view.kind)},
                      {"rms_px", view.rms_px},

@@ -94,7 +94,7 @@ std::string residuals_csv(const Calibration& calibration, const Observations& ob
       const Eigen::Index row = dimension * static_cast<Eigen::Index>(i);
       const std::string second = dimension == 2 ? fmt::format("{}", view.residuals_px[row + 1]) : "";
       text +=
-          fmt::format("{},{},{},{},{},{},{},{},{},{}\n", field(calibration.placement_names[view.placement]),
+          fmt::format("{},{},{},{},{},{},{},{},{},{}\n", field(place_name(calibration, view)),
                       sensors[seen[v].camera].name, sensors[view.sensor].name, name_of(view.kind),
                       seen[v].corners != nullptr ? (*seen[v].corners)[i] : static_cast<int>(i), seen[v].pixels[i].x(),
                       seen[v].pixels[i].y(), view.residuals_px[row], second, view.inlier[i] != 0 ? 1 : 0);

@@ -43,9 +43,9 @@ Expected<std::vector<Eigen::VectorXd>> residuals_at(const Views& views, const Ca
   });
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (predicted[v]) continue;
-    return fail(fmt::format("the start cannot predict the {} of sensor {} at placement {}: its pose or lens is wrong",
+    return fail(fmt::format("the start cannot predict the {} of sensor {} at {}: its pose or lens is wrong",
                             name_of(views[v]->kind()), state.rig.sensors[views[v]->sensor()].name,
-                            views[v]->placement()));
+                            place_of(*views[v])));
   }
   return residuals;
 }
@@ -165,17 +165,19 @@ bool same_sides(const std::vector<ViewWeights>& a, const std::vector<ViewWeights
                     [](const ViewWeights& x, const ViewWeights& y) { return x.inlier == y.inlier; });
 }
 
-// Placements of which too little is accepted to tell a pose.
-std::set<std::size_t> untold_placements(const Views& views, const std::vector<ViewWeights>& weights) {
-  std::map<std::size_t, int> accepted;  // coordinates
+// Placements and stations of which too little is accepted to tell a pose.
+std::set<BlockId> untold_poses(const Views& views, const std::vector<ViewWeights>& weights) {
+  std::map<BlockId, int> accepted;  // coordinates
   for (std::size_t v = 0; v < views.size(); ++v) {
     const auto& inlier = weights[v].inlier;
     const auto inliers = std::count_if(inlier.begin(), inlier.end(), [](char c) { return c != 0; });
-    accepted[views[v]->placement()] += views[v]->dimension() * static_cast<int>(inliers);
+    for (const BlockId& block : views[v]->blocks()) {
+      if (block.is_pose()) accepted[block] += views[v]->dimension() * static_cast<int>(inliers);
+    }
   }
-  std::set<std::size_t> untold;
-  for (const auto& [placement, coordinates] : accepted) {
-    if (coordinates < kLeastForPose) untold.insert(placement);
+  std::set<BlockId> untold;
+  for (const auto& [pose, coordinates] : accepted) {
+    if (coordinates < kLeastForPose) untold.insert(pose);
   }
   return untold;
 }
@@ -189,28 +191,31 @@ void pose_anew(std::size_t placement, const Observations& observations, Calibrat
     for (const int corner : view.corners) plane.emplace_back(state.board_at(placement).point(corner).head<2>());
     const auto pose = board_pose(sensor.lens, plane, view.pixels);
     if (!pose) continue;
-    state.world_from_board[placement] = sensor.sensor_from_mount.inverse() * *pose;
+    const Pose mount_from_board = sensor.sensor_from_mount.inverse() * *pose;
+    state.world_from_board[placement] =
+        view.station ? state.world_from_probe[*view.station] * mount_from_board : mount_from_board;
     return;
   }
 }
 
-// Early on their poses may be what is wrong: they get new ones, and all that was seen of them is tried again. Later
+// Early on their poses may be what is wrong: placements get new ones, and all that was seen there is tried again. Later
 // they are left out as a whole and their poses held. Returns whether that changed anything.
-bool settle_untold_placements(const Views& views, const Observations& observations, bool try_again,
-                              std::vector<ViewWeights>& weights, CalibrationState& state, std::set<BlockId>& held) {
-  const std::set<std::size_t> untold = untold_placements(views, weights);
+bool settle_untold_poses(const Views& views, const Observations& observations, bool try_again,
+                         std::vector<ViewWeights>& weights, CalibrationState& state, std::set<BlockId>& held) {
+  const std::set<BlockId> untold = untold_poses(views, weights);
   for (std::size_t v = 0; v < views.size(); ++v) {
-    if (!untold.contains(views[v]->placement())) continue;
+    const auto& blocks = views[v]->blocks();
+    if (std::none_of(blocks.begin(), blocks.end(), [&](const BlockId& b) { return untold.contains(b); })) continue;
     std::fill(weights[v].inlier.begin(), weights[v].inlier.end(), try_again);
   }
   if (try_again) {
-    for (const std::size_t placement : untold) pose_anew(placement, observations, state);
+    for (const BlockId& pose : untold) {
+      if (pose.kind == BlockId::Kind::placement) pose_anew(pose.index, observations, state);
+    }
     return !untold.empty();
   }
   bool changed = false;
-  for (const std::size_t placement : untold) {
-    changed = held.insert({BlockId::Kind::placement, placement}).second || changed;
-  }
+  for (const BlockId& pose : untold) changed = held.insert(pose).second || changed;
   return changed;
 }
 
@@ -251,7 +256,7 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
 }
 
 ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px, const ViewWeights& weights) {
-  ViewSummary summary{view.sensor(), view.placement(), view.kind(), 0, 0, weights.inlier, residuals_px};
+  ViewSummary summary{view.sensor(), view.placement(), view.station(), view.kind(), 0, 0, weights.inlier, residuals_px};
   const int d = view.dimension();
   double accepted_square = 0;
   int accepted = 0;
@@ -289,6 +294,7 @@ double inflation_of(View::Kind kind, const BundleOptions& options) {
     case View::Kind::stripes:
       return options.stripe_inflation;
     case View::Kind::features:
+    case View::Kind::leds:
       break;
   }
   return 1;
@@ -335,6 +341,32 @@ std::string group_name(const Rig& rig, std::size_t sensor, View::Kind kind) {
 
 namespace {
 
+// The frames of probe and world: those of the first sensor on each. Where nothing is fixed to the world, the first
+// placement holds it; where the probe carries no sensor, the first station holds the probe.
+void hold_gauge(const CalibrationState& state, const Views& views, std::set<BlockId>& held) {
+  const auto& sensors = state.rig.sensors;
+  const auto first_on = [&](Mount mount) -> std::optional<std::size_t> {
+    const auto found = std::find_if(sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.mount == mount; });
+    if (found == sensors.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - sensors.begin());
+  };
+  const auto hold_first = [&](BlockId::Kind kind) {
+    std::set<BlockId> blocks;
+    for (const auto& view : views) {
+      for (const BlockId& block : view->blocks()) {
+        if (block.kind == kind) blocks.insert(block);
+      }
+    }
+    if (!blocks.empty()) held.insert(*blocks.begin());
+  };
+  const auto on_probe = first_on(Mount::probe), in_world = first_on(Mount::world);
+  if (on_probe) held.insert({BlockId::Kind::mount, *on_probe});
+  if (in_world) held.insert({BlockId::Kind::mount, *in_world});
+  if (state.world_from_probe.empty()) return;
+  if (!on_probe) hold_first(BlockId::Kind::station);
+  if (!in_world) hold_first(BlockId::Kind::placement);
+}
+
 bool has_prior(const BlockId& block, const std::vector<Prior>& priors) {
   return std::any_of(priors.begin(), priors.end(), [&](const Prior& prior) {
     return std::find(prior.blocks().begin(), prior.blocks().end(), block) != prior.blocks().end();
@@ -348,7 +380,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   const Views views = make_views(observations, start.board_of);
   CalibrationState state = start;
   std::set<BlockId> held = options.held;
-  held.insert({BlockId::Kind::mount, 0});
+  hold_gauge(state, views, held);
   for (std::size_t b = 0; b < start.boards.size(); ++b) {
     if (!options.estimate_warp) held.insert({BlockId::Kind::warp, b});
     if (!has_prior({BlockId::Kind::scale, b}, options.priors)) held.insert({BlockId::Kind::scale, b});
@@ -368,7 +400,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const auto at = linearise(views, weights, equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
     gate_outliers(views, *at, options.gate, true, weights);
-    settle_untold_placements(views, observations, true, weights, state, held);
+    settle_untold_poses(views, observations, true, weights, state, held);
   }
   const MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors};
   for (int round = 1;; ++round) {
@@ -381,8 +413,8 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
     if (options.reject_outliers) gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next);
-    const bool other_poses = options.reject_outliers &&
-                             settle_untold_placements(views, observations, round < kRetrialRounds, next, state, held);
+    const bool other_poses =
+        options.reject_outliers && settle_untold_poses(views, observations, round < kRetrialRounds, next, state, held);
     const bool unchanged = same_sides(weights, next) && same_sigmas && !other_poses;
     if (unchanged || round == kMaxRounds) {
       at->covariance.sharpen(views, whitened_at(views, weights, state), options.priors, state, options.threads);

@@ -6,9 +6,9 @@
 //      r' (I - J C J')^-1 r / sigma^2, exceeds the gate: 16 in two dimensions, and in one the 12.87 that clean data
 //      exceeds equally often (3.4 in 10,000). Observations left out are tested with I + J C J'. Least squares on the
 //      rest, sigma anew, until neither changes. From the tenth round on what is left out stays out, so that an
-//      observation on the gate's edge cannot go in and out for ever. A placement with fewer than three accepted corners
-//      (six coordinates) is tried again as a whole in the first five rounds, then left out as a whole: its pose stays
-//      where it was and is not estimated.
+//      observation on the gate's edge cannot go in and out for ever. A placement or station with fewer than six
+//      accepted coordinates (three corners) is tried again as a whole in the first five rounds, then left out as a
+//      whole: its pose stays where it was and is not estimated.
 //   3. Sigma of a group: its sum of squares over its redundancy (observations less the trace of their hat matrix), and
 //      over the share of the variance that a chi-square distribution cut at the gate keeps. A group with a redundancy
 //      under 50 keeps its prior sigma and says so.
@@ -16,11 +16,15 @@
 // Priors (solvers/prior.h) count as observations of their own, in the solve and in the covariance; they are whitened
 // already and never outliers. Weak ones name what the observations leave undetermined.
 //
-// Groups are formed by sensor and kind of observation: "cam0.corners", "proj0.stripes", "cam0.features".
-// Gauge: the reference sensor (the first) has its mount held; the scale of a board is estimated where a prior tells it.
+// Groups are formed by sensor and kind of observation: "cam0.corners", "proj0.stripes", "cam0.features",
+// "track0.leds".
+// Gauge: the first sensor on the probe and the first in the world have their mounts held. Where the probe moves and no
+// sensor is fixed to the world, the first placement is held; where the probe carries none, the first station is. The
+// scale of a board is estimated where a prior tells it.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -61,7 +65,8 @@ struct GroupSummary {
 
 struct ViewSummary {
   std::size_t sensor = 0;
-  std::size_t placement = 0;
+  std::optional<std::size_t> placement = {};  // none: LEDs
+  std::optional<std::size_t> station = {};    // none: of a probe that stands still, or of what is fixed to the world
   View::Kind kind = View::Kind::corners;
   double rms_px = 0;  // of the accepted observations
   double rms_all_px = 0;

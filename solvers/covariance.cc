@@ -38,20 +38,21 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   const Parameters& parameters = equations.parameters();
   JointCovariance result(parameters);
   Eigen::MatrixXd schur = equations.common();
-  for (std::size_t p = 0; p < equations.placements().size(); ++p) {
-    const Matrix6d& information = equations.placements()[p].information;
+  for (std::size_t p = 0; p < equations.eliminated().size(); ++p) {
+    const Matrix6d& information = equations.eliminated()[p].information;
     const Eigen::Vector<double, 6> scale = information.diagonal().cwiseSqrt().cwiseInverse();
     const Matrix6d equilibrated = scale.asDiagonal() * information * scale.asDiagonal();
     const SymmetricEigen eigen = symmetric_eigen(equilibrated);
     if (!scale.allFinite() || eigen.values[0] < kSingular) {
-      return fail(fmt::format("the pose of board placement {} is not determined by its observations",
-                              parameters.placements()[p]));
+      const BlockId& pose = parameters.eliminated()[p];
+      return fail(fmt::format("the pose of {} {} is not determined by its observations",
+                              pose.kind == BlockId::Kind::station ? "station" : "board placement", pose.index));
     }
     const Matrix6d inverse = scale.asDiagonal() *
                              (eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose()) *
                              scale.asDiagonal();
-    const auto& coupling = equations.placements()[p].coupling;
-    result.placement_inverse_.push_back(inverse);
+    const auto& coupling = equations.eliminated()[p].coupling;
+    result.pose_inverse_.push_back(inverse);
     result.gain_.push_back(coupling * inverse);
     schur.noalias() -= result.gain_.back() * coupling.transpose();
   }
@@ -79,6 +80,12 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   return result;
 }
 
+int JointCovariance::rig_rows() const {
+  const std::vector<BlockId>& blocks = parameters_.common_blocks();
+  const auto poses = std::count_if(blocks.begin(), blocks.end(), [](const BlockId& block) { return block.is_pose(); });
+  return parameters_.common_size() - 6 * static_cast<int>(poses);
+}
+
 void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
                               const NormalEquations::Evaluate& evaluate, const std::vector<Prior>& priors,
                               const CalibrationState& state, int threads) {
@@ -93,8 +100,8 @@ void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
 }
 
 Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const CalibrationState& state) const {
-  // Rows of the blocks as a linear map of the common parameters, and a placement's own part beside it.
-  int size = 0, placement_row = 0;
+  // Rows of the blocks as a linear map of the common parameters, and an eliminated pose's own part beside it.
+  int size = 0, pose_row = 0;
   for (const BlockId& block : blocks) size += tangent_size(block, state);
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size, common_.cols());  // with the common parameters
   std::optional<std::size_t> slot;
@@ -105,8 +112,8 @@ Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const Ca
       cross.middleRows(row, rows) = common_.middleRows(*offset, rows);
     } else if (parameters_.estimated(block)) {
       assert(!slot);
-      slot = parameters_.placement_slot(block.index);
-      placement_row = row;
+      slot = parameters_.slot(block);
+      pose_row = row;
       cross.middleRows(row, rows).noalias() = -gain_[*slot].transpose() * common_;
     }
     row += rows;
@@ -122,7 +129,7 @@ Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const Ca
     }
     column += columns;
   }
-  if (slot) joint.block<6, 6>(placement_row, placement_row) += placement_inverse_[*slot];
+  if (slot) joint.block<6, 6>(pose_row, pose_row) += pose_inverse_[*slot];
   return joint;
 }
 

@@ -3,7 +3,7 @@
 // WARNING: this is the linear propagation of independent, whitened observation noise at the optimum. It is true only
 // for the final solve: without robust loss, with sigma as estimated, outliers left out.
 //
-// With the whitened Jacobian split into common parameters a and the placements b_j (nuisance, 6 each),
+// With the whitened Jacobian split into common parameters a and the eliminated poses b_j (nuisance, 6 each),
 //   J'J = [ A  B_j ; B_j'  D_j ],   S = A - sum_j B_j D_j^-1 B_j'          (Schur complement)
 //   cov(a) = S^-1,  cov(a, b_j) = -S^-1 B_j D_j^-1,  cov(b_j) = D_j^-1 + D_j^-1 B_j' S^-1 B_j D_j^-1.
 // S is equilibrated to a unit diagonal before it is factored. Where its smallest equilibrated eigenvalue lies below
@@ -34,7 +34,10 @@ class JointCovariance {
   // Of the common parameters; row i is names()[i], such as "cam0.fx" or "board.warp_x".
   const Eigen::MatrixXd& common() const { return common_; }
   const std::vector<std::string>& names() const { return names_; }
-  // Joint covariance of the given blocks (at most one placement among them), in their order; zero rows for held blocks.
+  // How many of these, the first ones, are no poses of placements or stations.
+  int rig_rows() const;
+  // Joint covariance of the given blocks (at most one eliminated pose among them), in their order; zero rows for held
+  // blocks.
   Eigen::MatrixXd of(const std::vector<BlockId>& blocks, const CalibrationState& state) const;
 
   // Condition of the equilibrated information matrix, and its weakest direction in words.
@@ -47,8 +50,8 @@ class JointCovariance {
   Parameters parameters_;
   std::vector<std::string> names_;
   Eigen::MatrixXd common_;
-  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1, as Parameters::placements
-  std::vector<Matrix6d> placement_inverse_;                     // D_j^-1
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1, as Parameters::eliminated
+  std::vector<Matrix6d> pose_inverse_;                          // D_j^-1
   double condition_ = 0;
   std::string weakest_direction_;
 };

@@ -11,7 +11,7 @@
 namespace crumple {
 namespace {
 
-constexpr std::size_t kPanelPlacements = 16;  // eliminated together
+constexpr std::size_t kPanelPoses = 16;  // eliminated together
 
 // 1 / sqrt of the diagonal, and 1 where no observation says anything.
 template <typename Matrix>
@@ -29,7 +29,7 @@ void damp(double damping, Matrix& equilibrated) {
 
 using Coupling = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
-// A placement taken out of the equilibrated, damped equations: D = L L'.
+// A pose taken out of the equilibrated, damped equations: D = L L'.
 struct Eliminated {
   bool definite = false;
   Vector6d scale;
@@ -37,48 +37,48 @@ struct Eliminated {
   Vector6d reduced_gradient;  // L^-1 g
 };
 
-Eliminated eliminate(const PlacementEquations& placement, double damping) {
+Eliminated eliminate(const PoseEquations& pose, double damping) {
   Eliminated e;
-  e.scale = equilibrating_scale(placement.information);
-  Matrix6d information = e.scale.asDiagonal() * placement.information * e.scale.asDiagonal();
+  e.scale = equilibrating_scale(pose.information);
+  Matrix6d information = e.scale.asDiagonal() * pose.information * e.scale.asDiagonal();
   damp(damping, information);
   const Eigen::LLT<Matrix6d> llt(information);
   e.definite = llt.info() == Eigen::Success;
   if (!e.definite) return e;
   e.root = llt.matrixL();
-  e.reduced_gradient = llt.matrixL().solve(e.scale.cwiseProduct(placement.gradient));
+  e.reduced_gradient = llt.matrixL().solve(e.scale.cwiseProduct(pose.gradient));
   return e;
 }
 
 // B L^-T, B equilibrated.
-Coupling reduced_coupling(const PlacementEquations& placement, const Eliminated& e, const Eigen::VectorXd& scale) {
-  const Coupling coupling = scale.asDiagonal() * placement.coupling * e.scale.asDiagonal();
+Coupling reduced_coupling(const PoseEquations& pose, const Eliminated& e, const Eigen::VectorXd& scale) {
+  const Coupling coupling = scale.asDiagonal() * pose.coupling * e.scale.asDiagonal();
   return e.root.transpose().triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(coupling);
 }
 
-// What some placements, eliminated, take from the common equations.
+// What some poses, eliminated, take from the common equations.
 struct Reduction {
   Eigen::MatrixXd information;  // lower triangle
   Eigen::VectorXd gradient;
   bool definite = true;
 };
 
-Reduction reduce(const std::vector<PlacementEquations>& placements, std::size_t begin, std::size_t end,
+Reduction reduce(const std::vector<PoseEquations>& poses, std::size_t begin, std::size_t end,
                  const Eigen::VectorXd& scale, double damping, std::vector<Eliminated>& eliminated) {
   const Eigen::Index n = scale.size();
   Reduction reduction{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
-  Eigen::MatrixXd panel(n, 6 * static_cast<Eigen::Index>(kPanelPlacements));
-  for (std::size_t first = begin; first < end; first += kPanelPlacements) {
-    const std::size_t count = std::min(kPanelPlacements, end - first);
+  Eigen::MatrixXd panel(n, 6 * static_cast<Eigen::Index>(kPanelPoses));
+  for (std::size_t first = begin; first < end; first += kPanelPoses) {
+    const std::size_t count = std::min(kPanelPoses, end - first);
     for (std::size_t k = 0; k < count; ++k) {
-      const PlacementEquations& placement = placements[first + k];
-      Eliminated& e = eliminated[first + k] = eliminate(placement, damping);
+      const PoseEquations& pose = poses[first + k];
+      Eliminated& e = eliminated[first + k] = eliminate(pose, damping);
       if (!e.definite) {
         reduction.definite = false;
         return reduction;
       }
       auto columns = panel.middleCols<6>(6 * static_cast<Eigen::Index>(k));
-      columns = reduced_coupling(placement, e, scale);
+      columns = reduced_coupling(pose, e, scale);
       reduction.gradient.noalias() += columns * e.reduced_gradient;
     }
     const auto filled = panel.leftCols(6 * static_cast<Eigen::Index>(count));
@@ -90,10 +90,10 @@ Reduction reduce(const std::vector<PlacementEquations>& placements, std::size_t 
 }  // namespace
 
 NormalEquations::NormalEquations(const Parameters& parameters)
-    : parameters_(&parameters), placements_(parameters.placements().size()) {
+    : parameters_(&parameters), poses_(parameters.eliminated().size()) {
   sums_.information.setZero(parameters.common_size(), parameters.common_size());
   sums_.gradient.setZero(parameters.common_size());
-  for (PlacementEquations& placement : placements_) placement.coupling.setZero(parameters.common_size(), 6);
+  for (PoseEquations& pose : poses_) pose.coupling.setZero(parameters.common_size(), 6);
 }
 
 void NormalEquations::add(const View& view, const ViewEvaluation& whitened) { add(view, whitened, sums_); }
@@ -130,17 +130,17 @@ void NormalEquations::scatter(const std::vector<BlockId>& blocks, const Eigen::M
                               const Eigen::VectorXd& gradient, CommonSums& sums) {
   const std::vector<Parameters::Span> spans = parameters_->spans(blocks);
   for (const Parameters::Span& row : spans) {
-    if (row.placement) {
-      PlacementEquations& placement = placements_[*row.placement];
-      placement.information += information.block<6, 6>(row.column, row.column);
-      placement.gradient += gradient.segment<6>(row.column);
+    if (row.slot) {
+      PoseEquations& pose = poses_[*row.slot];
+      pose.information += information.block<6, 6>(row.column, row.column);
+      pose.gradient += gradient.segment<6>(row.column);
       continue;
     }
     sums.gradient.segment(row.common_offset, row.size) += gradient.segment(row.column, row.size);
     for (const Parameters::Span& column : spans) {
       const auto block = information.block(row.column, column.column, row.size, column.size);
-      if (column.placement) {
-        placements_[*column.placement].coupling.middleRows(row.common_offset, row.size) += block;
+      if (column.slot) {
+        poses_[*column.slot].coupling.middleRows(row.common_offset, row.size) += block;
       } else {
         sums.information.block(row.common_offset, column.common_offset, row.size, column.size) += block;
       }
@@ -152,7 +152,7 @@ std::optional<NormalEquations> NormalEquations::of(const std::vector<std::unique
                                                    const Parameters& parameters, const Evaluate& evaluate,
                                                    int threads) {
   NormalEquations equations(parameters);
-  const ViewPartition parts = partition(views, part_count(parameters.common_size()));
+  const ViewPartition parts = partition(views, parameters, part_count(parameters.common_size()));
   std::vector<CommonSums> sums(parts.parts(), equations.sums_);
   std::vector<char> predicted(sums.size(), 1);
   parallel_for(sums.size(), threads, [&](std::size_t part) {
@@ -178,12 +178,11 @@ std::optional<NormalEquations> NormalEquations::of(const std::vector<std::unique
 std::optional<DampedStep> NormalEquations::solve(double damping, int threads) const {
   const int n = parameters_->common_size();
   const Eigen::VectorXd scale = equilibrating_scale(sums_.information);
-  std::vector<Eliminated> eliminated(placements_.size());
-  const std::size_t share = placements_.size() / part_count(n) + 1;
-  std::vector<Reduction> parts((placements_.size() + share - 1) / share);
+  std::vector<Eliminated> eliminated(poses_.size());
+  const std::size_t share = poses_.size() / part_count(n) + 1;
+  std::vector<Reduction> parts((poses_.size() + share - 1) / share);
   parallel_for(parts.size(), threads, [&](std::size_t part) {
-    parts[part] =
-        reduce(placements_, part * share, std::min((part + 1) * share, placements_.size()), scale, damping, eliminated);
+    parts[part] = reduce(poses_, part * share, std::min((part + 1) * share, poses_.size()), scale, damping, eliminated);
   });
 
   Eigen::MatrixXd schur = scale.asDiagonal() * sums_.information * scale.asDiagonal();
@@ -204,13 +203,13 @@ std::optional<DampedStep> NormalEquations::solve(double damping, int threads) co
   double decrease = damping * common.squaredNorm() - gradient.dot(common);
   std::vector<double> decreases(parts.size(), 0);
   parallel_for(parts.size(), threads, [&](std::size_t part) {
-    for (std::size_t p = part * share; p < std::min((part + 1) * share, placements_.size()); ++p) {
+    for (std::size_t p = part * share; p < std::min((part + 1) * share, poses_.size()); ++p) {
       const Eliminated& e = eliminated[p];
-      const Coupling coupling = reduced_coupling(placements_[p], e, scale);
+      const Coupling coupling = reduced_coupling(poses_[p], e, scale);
       const Vector6d reduced = -e.reduced_gradient - coupling.transpose() * common;
       const Vector6d own = e.root.transpose().triangularView<Eigen::Upper>().solve(reduced);
       step.tangent.segment<6>(n + 6 * static_cast<Eigen::Index>(p)) = e.scale.cwiseProduct(own);
-      decreases[part] += damping * own.squaredNorm() - e.scale.cwiseProduct(placements_[p].gradient).dot(own);
+      decreases[part] += damping * own.squaredNorm() - e.scale.cwiseProduct(poses_[p].gradient).dot(own);
     }
   });
   for (const double of_part : decreases) decrease += of_part;

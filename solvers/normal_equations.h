@@ -1,10 +1,11 @@
-// The normal equations of whitened views, J'J x = -J'r, split into the common parameters a and the placements b_j:
+// The normal equations of whitened views, J'J x = -J'r, split into the common parameters a and the eliminated poses
+// b_j (of placements or stations, solvers/parameters.h):
 //
-//   J'J = [ A  B_j ; B_j'  D_j ]        A: common x common, D_j: 6 x 6, no placement meets another
+//   J'J = [ A  B_j ; B_j'  D_j ]        A: common x common, D_j: 6 x 6, no b_j meets another
 //
 // They are summed up view by view, so that no more than one view's Jacobian per thread is ever held: memory and time
 // grow with the number of views, not with its square. The sums run in a fixed order whatever the thread count: views
-// are grouped by placement, placements into a number of parts that depends on the data alone, and parts are added one
+// are grouped by pose, poses into a number of parts that depends on the data alone, and parts are added one
 // after the other.
 //
 // solve() is one step of Levenberg and Marquardt: (H + damping diag(H)) x = -J'r through the Schur complement
@@ -21,7 +22,7 @@
 
 namespace crumple {
 
-struct PlacementEquations {
+struct PoseEquations {
   Matrix6d information = Matrix6d::Zero();            // D_j
   Eigen::Matrix<double, Eigen::Dynamic, 6> coupling;  // B_j
   Vector6d gradient = Vector6d::Zero();
@@ -52,9 +53,9 @@ class NormalEquations {
   std::optional<DampedStep> solve(double damping, int threads) const;
 
   const Parameters& parameters() const { return *parameters_; }
-  const Eigen::MatrixXd& common() const { return sums_.information; }                // A
-  const std::vector<PlacementEquations>& placements() const { return placements_; }  // as Parameters::placements
-  double cost() const { return sums_.cost; }                                         // half the sum of squares
+  const Eigen::MatrixXd& common() const { return sums_.information; }      // A
+  const std::vector<PoseEquations>& eliminated() const { return poses_; }  // as Parameters::eliminated
+  double cost() const { return sums_.cost; }                               // half the sum of squares
 
  private:
   struct CommonSums {
@@ -63,13 +64,13 @@ class NormalEquations {
     double cost = 0;
   };
   void add(const View& view, const ViewEvaluation& whitened, CommonSums& sums);
-  // Information and gradient by the tangents of blocks, side by side; at most one of them is a placement.
+  // Information and gradient by the tangents of blocks, side by side; at most one of them is a pose.
   void scatter(const std::vector<BlockId>& blocks, const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient,
                CommonSums& sums);
 
   const Parameters* parameters_;
   CommonSums sums_;
-  std::vector<PlacementEquations> placements_;
+  std::vector<PoseEquations> poses_;
 };
 
 }  // namespace crumple

@@ -1,6 +1,19 @@
 #include "solvers/parameters.h"
 
+#include <algorithm>
+
 namespace crumple {
+namespace {
+
+// Whether a view holds both a placement and a station that are estimated.
+bool meet(const std::vector<std::unique_ptr<View>>& views, const std::set<BlockId>& estimated) {
+  return std::any_of(views.begin(), views.end(), [&](const auto& view) {
+    return std::count_if(view->blocks().begin(), view->blocks().end(),
+                         [&](const BlockId& block) { return block.is_pose() && estimated.contains(block); }) > 1;
+  });
+}
+
+}  // namespace
 
 Parameters::Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
                        const std::set<BlockId>& held) {
@@ -21,28 +34,46 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     add_common({BlockId::Kind::lens, s});
     add_common({BlockId::Kind::mount, s});
   }
+  for (std::size_t l = 0; l < state.rig.leds.size(); ++l) add_common({BlockId::Kind::led, l});
   for (std::size_t b = 0; b < state.boards.size(); ++b) {
     add_common({BlockId::Kind::warp, b});
     add_common({BlockId::Kind::scale, b});
   }
-  for (std::size_t p = 0; p < state.world_from_board.size(); ++p) {
-    const BlockId block{BlockId::Kind::placement, p};
-    if (!touched.contains(block)) continue;
-    offsets_[block] = common_size_ + 6 * static_cast<int>(placements_.size());
-    placements_.push_back(p);
+  std::vector<BlockId> placements, stations;
+  for (const BlockId& block : touched) {
+    if (block.kind == BlockId::Kind::placement) placements.push_back(block);
+    if (block.kind == BlockId::Kind::station) stations.push_back(block);
+  }
+  if (meet(views, touched)) {
+    auto& fewer = placements.size() < stations.size() ? placements : stations;
+    for (const BlockId& block : fewer) add_common(block);
+    fewer.clear();
+  }
+  eliminated_ = std::move(placements);
+  eliminated_.insert(eliminated_.end(), stations.begin(), stations.end());
+  for (std::size_t i = 0; i < eliminated_.size(); ++i) {
+    offsets_[eliminated_[i]] = common_size_ + 6 * static_cast<int>(i);
   }
 }
 
 std::optional<int> Parameters::common_offset(const BlockId& block) const {
   const auto found = offsets_.find(block);
-  if (found == offsets_.end() || block.kind == BlockId::Kind::placement) return std::nullopt;
+  if (found == offsets_.end() || found->second >= common_size_) return std::nullopt;
   return found->second;
 }
 
-std::optional<std::size_t> Parameters::placement_slot(std::size_t placement) const {
-  const auto found = offsets_.find({BlockId::Kind::placement, placement});
-  if (found == offsets_.end()) return std::nullopt;
+std::optional<std::size_t> Parameters::slot(const BlockId& block) const {
+  if (!block.is_pose()) return std::nullopt;
+  const auto found = offsets_.find(block);
+  if (found == offsets_.end() || found->second < common_size_) return std::nullopt;
   return static_cast<std::size_t>(found->second - common_size_) / 6;
+}
+
+std::optional<std::size_t> Parameters::slot(const std::vector<BlockId>& blocks) const {
+  for (const BlockId& block : blocks) {
+    if (const auto found = slot(block)) return found;
+  }
+  return std::nullopt;
 }
 
 std::vector<Parameters::Span> Parameters::spans(const std::vector<BlockId>& blocks) const {
@@ -51,8 +82,8 @@ std::vector<Parameters::Span> Parameters::spans(const std::vector<BlockId>& bloc
   for (const BlockId& block : blocks) {
     const bool lens = block.kind == BlockId::Kind::lens;
     const int size = tangent_size(block.kind, lens ? lens_sizes_[block.index] : 0);
-    if (const auto slot = block.kind == BlockId::Kind::placement ? placement_slot(block.index) : std::nullopt) {
-      spans.push_back({column, size, 0, slot});
+    if (const auto of_eliminated = slot(block)) {
+      spans.push_back({column, size, 0, of_eliminated});
     } else if (const auto offset = common_offset(block)) {
       spans.push_back({column, size, *offset, std::nullopt});
     }
@@ -70,36 +101,72 @@ std::vector<std::string> Parameters::common_names(const CalibrationState& state)
   return names;
 }
 
+void move_block(const BlockId& block, const Eigen::Ref<const Eigen::VectorXd>& step, CalibrationState& state) {
+  switch (block.kind) {
+    case BlockId::Kind::lens: {
+      Lens& lens = state.rig.sensors[block.index].lens;
+      std::vector<double> values = lens.parameters();
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] += step[static_cast<Eigen::Index>(i)];
+      lens = lens.with_parameters(std::move(values));
+      return;
+    }
+    case BlockId::Kind::mount: {
+      Pose& pose = state.rig.sensors[block.index].sensor_from_mount;
+      pose = retract(pose, step);
+      return;
+    }
+    case BlockId::Kind::warp:
+      state.boards[block.index].warp_mm += step;
+      return;
+    case BlockId::Kind::scale:
+      state.boards[block.index].scale += step[0];
+      return;
+    case BlockId::Kind::placement:
+      state.world_from_board[block.index] = retract(state.world_from_board[block.index], step);
+      return;
+    case BlockId::Kind::station:
+      state.world_from_probe[block.index] = retract(state.world_from_probe[block.index], step);
+      return;
+    case BlockId::Kind::led:
+      state.rig.leds[block.index].position_mm += step;
+      return;
+  }
+}
+
+Eigen::VectorXd block_step(const BlockId& block, const CalibrationState& from, const CalibrationState& to) {
+  switch (block.kind) {
+    case BlockId::Kind::lens: {
+      const auto parameters = [&](const CalibrationState& of) {
+        const std::vector<double>& p = of.rig.sensors[block.index].lens.parameters();
+        return Eigen::Map<const Eigen::VectorXd>(p.data(), static_cast<Eigen::Index>(p.size()));
+      };
+      return parameters(to) - parameters(from);
+    }
+    case BlockId::Kind::mount:
+      return local_step(from.rig.sensors[block.index].sensor_from_mount, to.rig.sensors[block.index].sensor_from_mount);
+    case BlockId::Kind::warp:
+      return to.boards[block.index].warp_mm - from.boards[block.index].warp_mm;
+    case BlockId::Kind::scale:
+      return Eigen::VectorXd::Constant(1, to.boards[block.index].scale - from.boards[block.index].scale);
+    case BlockId::Kind::placement:
+      return local_step(from.world_from_board[block.index], to.world_from_board[block.index]);
+    case BlockId::Kind::station:
+      return local_step(from.world_from_probe[block.index], to.world_from_probe[block.index]);
+    case BlockId::Kind::led:
+      break;
+  }
+  return to.rig.leds[block.index].position_mm - from.rig.leds[block.index].position_mm;
+}
+
 CalibrationState moved(const CalibrationState& state, const Parameters& parameters, const Eigen::VectorXd& step) {
   CalibrationState result = state;
   int offset = 0;
-  const auto move = [&](Pose& pose) { pose = retract(pose, step.segment<6>(offset)); };
-  for (const BlockId& block : parameters.common_blocks()) {
-    switch (block.kind) {
-      case BlockId::Kind::lens: {
-        Lens& lens = result.rig.sensors[block.index].lens;
-        std::vector<double> values = lens.parameters();
-        for (std::size_t i = 0; i < values.size(); ++i) values[i] += step[offset + static_cast<int>(i)];
-        lens = lens.with_parameters(std::move(values));
-        break;
-      }
-      case BlockId::Kind::mount:
-        move(result.rig.sensors[block.index].sensor_from_mount);
-        break;
-      case BlockId::Kind::warp:
-        result.boards[block.index].warp_mm += step.segment<2>(offset);
-        break;
-      case BlockId::Kind::scale:
-        result.boards[block.index].scale += step[offset];
-        break;
-      case BlockId::Kind::placement:
-        break;
+  for (const auto* blocks : {&parameters.common_blocks(), &parameters.eliminated()}) {
+    for (const BlockId& block : *blocks) {
+      const int size = tangent_size(block, state);
+      move_block(block, step.segment(offset, size), result);
+      offset += size;
     }
-    offset += tangent_size(block, state);
-  }
-  for (const std::size_t p : parameters.placements()) {
-    move(result.world_from_board[p]);
-    offset += 6;
   }
   return result;
 }
@@ -111,10 +178,14 @@ std::vector<std::string> parameter_names(const BlockId& block, const Calibration
     if (block.kind == BlockId::Kind::scale) return {board + ".scale"};
     return {board + ".warp_x", board + ".warp_y"};
   }
-  std::string owner = "placement " + std::to_string(block.index);
+  if (block.kind == BlockId::Kind::led) {
+    const std::string& led = state.rig.leds[block.index].name;
+    return {led + ".x", led + ".y", led + ".z"};
+  }
+  std::string owner = (block.kind == BlockId::Kind::station ? "station " : "placement ") + std::to_string(block.index);
   std::vector<std::string> names{"rotation_x",    "rotation_y",    "rotation_z",
                                  "translation_x", "translation_y", "translation_z"};
-  if (block.kind != BlockId::Kind::placement) {
+  if (!block.is_pose()) {
     const Sensor& sensor = state.rig.sensors[block.index];
     owner = sensor.name;
     if (block.kind == BlockId::Kind::lens) names = lens_parameter_names(sensor.lens.model());

@@ -1,7 +1,9 @@
 // Which parameter blocks are estimated and where each stands in the joint vector.
 //
-// Order: the common blocks first (per sensor its lens, then its mount; then per board its warp, then its
-// scale), then the placements.
+// Order: the common blocks first (per sensor its lens, then its mount; the LEDs; per board its warp, then its scale),
+// then the poses of placements and stations. As many of these as possible are eliminated when equations are solved,
+// which asks that no two of them meet in a view: all of them where no view holds both kinds; otherwise the kind with
+// more, and the other one's poses count among the common blocks. Eliminated ones stand last.
 #pragma once
 
 #include <map>
@@ -25,17 +27,19 @@ class Parameters {
   std::optional<int> common_offset(const BlockId& block) const;
   int common_size() const { return common_size_; }
   const std::vector<BlockId>& common_blocks() const { return common_blocks_; }
-  const std::vector<std::size_t>& placements() const { return placements_; }
-  std::optional<std::size_t> placement_slot(std::size_t placement) const;  // where it stands in placements()
-  int size() const { return common_size_ + 6 * static_cast<int>(placements_.size()); }
+  const std::vector<BlockId>& eliminated() const { return eliminated_; }
+  std::optional<std::size_t> slot(const BlockId& block) const;  // where it stands in eliminated()
+  // Of the one block among those given that is eliminated, if any is.
+  std::optional<std::size_t> slot(const std::vector<BlockId>& blocks) const;
+  int size() const { return common_size_ + 6 * static_cast<int>(eliminated_.size()); }
 
   // Where the estimated ones of some blocks stand: among the tangents of all those given, side by side, and in the
-  // common part or among the placements.
+  // common part or among the eliminated poses.
   struct Span {
     int column = 0;
     int size = 0;
     int common_offset = 0;
-    std::optional<std::size_t> placement;  // its slot; then there is no offset
+    std::optional<std::size_t> slot;  // of an eliminated pose; then there is no offset
   };
   std::vector<Span> spans(const std::vector<BlockId>& blocks) const;
 
@@ -46,14 +50,21 @@ class Parameters {
   std::map<BlockId, int> offsets_;
   std::vector<int> lens_sizes_;
   std::vector<BlockId> common_blocks_;
-  std::vector<std::size_t> placements_;
+  std::vector<BlockId> eliminated_;
   int common_size_ = 0;
 };
+
+// One block of the state moved by its tangent step.
+void move_block(const BlockId& block, const Eigen::Ref<const Eigen::VectorXd>& step, CalibrationState& state);
+
+// The tangent step of one block that leads from one state to another: move_block's inverse.
+Eigen::VectorXd block_step(const BlockId& block, const CalibrationState& from, const CalibrationState& to);
 
 // The state moved by a joint tangent step, in the order of the parameters.
 CalibrationState moved(const CalibrationState& state, const Parameters& parameters, const Eigen::VectorXd& step);
 
-// "cam0.fx", "board.warp_y", "placement 3.rotation_x": one per row of the block's tangent.
+// "cam0.fx", "board.warp_y", "placement 3.rotation_x", "led2.x": one per row of the
+// block's tangent.
 std::vector<std::string> parameter_names(const BlockId& block, const CalibrationState& state);
 
 }  // namespace crumple

@@ -84,6 +84,13 @@ CompositionDerivative d_composed(const Pose& left, const Pose& right) {
   return d;
 }
 
+Matrix6d d_inverse(const Pose& pose) {
+  const Eigen::Matrix3d inverse = pose.rotation.conjugate().toRotationMatrix();
+  Matrix6d d;
+  d << -inverse, Eigen::Matrix3d::Zero(), -inverse * cross_matrix(pose.translation), -inverse;
+  return d;
+}
+
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);

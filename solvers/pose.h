@@ -50,6 +50,8 @@ struct CompositionDerivative {
   Matrix6d d_right;
 };
 CompositionDerivative d_composed(const Pose& left, const Pose& right);
+// How the tangent of the inverse follows from the pose's.
+Matrix6d d_inverse(const Pose& pose);
 
 // The proper rotation nearest to m in the Frobenius norm (Zhang 2000, appendix C).
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);

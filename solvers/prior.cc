@@ -9,6 +9,8 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "solvers/parameters.h"
+
 namespace crumple {
 namespace {
 
@@ -17,36 +19,13 @@ struct BlockDifference {
   Eigen::MatrixXd d_tangent;
 };
 
-BlockDifference linear(const Eigen::VectorXd& difference) {
-  return {difference, Eigen::MatrixXd::Identity(difference.size(), difference.size())};
-}
-
-BlockDifference between(const Pose& from, const Pose& to) {
-  BlockDifference difference = linear(local_step(from, to));
-  difference.d_tangent.topLeftCorner<3, 3>() = inverse_left_jacobian(difference.value.head<3>());
-  return difference;
-}
-
 BlockDifference difference_of(const BlockId& block, const CalibrationState& about, const CalibrationState& state) {
-  switch (block.kind) {
-    case BlockId::Kind::lens: {
-      const auto parameters = [&](const CalibrationState& of) {
-        const std::vector<double>& p = of.rig.sensors[block.index].lens.parameters();
-        return Eigen::Map<const Eigen::VectorXd>(p.data(), static_cast<Eigen::Index>(p.size()));
-      };
-      return linear(parameters(state) - parameters(about));
-    }
-    case BlockId::Kind::mount:
-      return between(about.rig.sensors[block.index].sensor_from_mount,
-                     state.rig.sensors[block.index].sensor_from_mount);
-    case BlockId::Kind::placement:
-      return between(about.world_from_board[block.index], state.world_from_board[block.index]);
-    case BlockId::Kind::scale:
-      return linear(Eigen::VectorXd::Constant(1, state.boards[block.index].scale - about.boards[block.index].scale));
-    case BlockId::Kind::warp:
-      break;
+  BlockDifference difference{block_step(block, about, state), {}};
+  difference.d_tangent = Eigen::MatrixXd::Identity(difference.value.size(), difference.value.size());
+  if (block.is_pose() || block.kind == BlockId::Kind::mount) {
+    difference.d_tangent.topLeftCorner<3, 3>() = inverse_left_jacobian(difference.value.head<3>());
   }
-  return linear(state.boards[block.index].warp_mm - about.boards[block.index].warp_mm);
+  return difference;
 }
 
 }  // namespace
@@ -56,8 +35,7 @@ Prior::Prior(std::string name, std::vector<PriorTerm> terms, CalibrationState ab
   for (const PriorTerm& term : terms_) {
     if (std::find(blocks_.begin(), blocks_.end(), term.block) == blocks_.end()) blocks_.push_back(term.block);
   }
-  assert(std::count_if(blocks_.begin(), blocks_.end(),
-                       [](const BlockId& block) { return block.kind == BlockId::Kind::placement; }) <= 1);
+  assert(std::count_if(blocks_.begin(), blocks_.end(), [](const BlockId& block) { return block.is_pose(); }) <= 1);
 }
 
 Expected<Prior> Prior::create(std::string name, std::vector<PriorTerm> terms, CalibrationState about,

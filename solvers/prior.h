@@ -32,7 +32,8 @@ struct WhitenedPrior {
 class Prior {
  public:
   // `covariance` has its rows in the order of the terms. Fails where that is not positive definite, and on a term given
-  // twice. At most one of the blocks may be a placement.
+  // twice. At most one of the blocks may be a pose of
+  // placement or station.
   static Expected<Prior> create(std::string name, std::vector<PriorTerm> terms, CalibrationState about,
                                 const Eigen::MatrixXd& covariance);
 

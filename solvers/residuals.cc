@@ -15,6 +15,25 @@ int width_of(const View& view, const CalibrationState& state) {
   return width;
 }
 
+std::vector<BlockId> with_poses(std::vector<BlockId> blocks, std::optional<std::size_t> placement,
+                                std::optional<std::size_t> station) {
+  if (placement) blocks.push_back({BlockId::Kind::placement, *placement});
+  if (station) blocks.push_back({BlockId::Kind::station, *station});
+  return blocks;
+}
+
+// Columns of the poses that a board view ends with: the placement's, then the station's.
+int pose_columns(const View& view) { return view.station() ? 12 : 6; }
+
+// How the six local coordinates of a board's pose in a sensor follow from that sensor's mount, which stands in the same
+// columns, and from the poses at the end.
+void set_chain(const SensorChain& chain, const View& view, int at, Eigen::MatrixXd& local) {
+  const Eigen::Index placement = local.cols() - pose_columns(view);
+  local.block<6, 6>(at, at) = chain.d_mount;
+  local.block<6, 6>(at, placement) = chain.d_board;
+  if (view.station()) local.block<6, 6>(at, placement + 6) = chain.d_station;
+}
+
 // A point of the board (or a disc's centre of gravity) in a sensor: the prediction and how it moves with the local
 // coordinates lens, sensor_from_board, warp, scale.
 class PointPredictor {
@@ -93,12 +112,12 @@ class PointPredictor {
 class CornerResiduals final : public View {
  public:
   CornerResiduals(const CornerView& view, std::size_t board)
-      : View(Kind::corners, view.sensor, view.placement,
-             {{BlockId::Kind::lens, view.sensor},
-              {BlockId::Kind::mount, view.sensor},
-              {BlockId::Kind::warp, board},
-              {BlockId::Kind::scale, board},
-              {BlockId::Kind::placement, view.placement}}),
+      : View(Kind::corners, view.sensor, view.placement, view.station,
+             with_poses({{BlockId::Kind::lens, view.sensor},
+                         {BlockId::Kind::mount, view.sensor},
+                         {BlockId::Kind::warp, board},
+                         {BlockId::Kind::scale, board}},
+                        view.placement, view.station)),
         view_(view) {}
 
   int size() const override { return static_cast<int>(view_.pixels.size()); }
@@ -106,7 +125,7 @@ class CornerResiduals final : public View {
   bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
     const Sensor& sensor = state.rig.sensors[view_.sensor];
     PointPredictor predictor(sensor.lens, state.board_at(view_.placement),
-                             sensor.sensor_from_mount * state.world_from_board[view_.placement]);
+                             sensor_from_board_pose(state, view_.sensor, view_.placement, view_.station));
     evaluation.residuals.resize(2 * size());
     evaluation.jacobian.resize(with_jacobians ? 2 * size() : 0, predictor.columns());
     for (int i = 0; i < size(); ++i) {
@@ -126,14 +145,12 @@ class CornerResiduals final : public View {
 
  private:
   void set_local(const CalibrationState& state, ViewEvaluation& evaluation) const {
-    const Sensor& sensor = state.rig.sensors[view_.sensor];
-    const CompositionDerivative d_pose = d_composed(sensor.sensor_from_mount, state.world_from_board[view_.placement]);
-    const int columns = width_of(*this, state), lens = sensor.lens.parameter_count();
+    const int columns = width_of(*this, state), locals = columns - pose_columns(*this);
     Eigen::MatrixXd& local = evaluation.local_from_blocks;
-    local.setZero(columns - 6, columns);
-    local.leftCols(columns - 6).setIdentity();
-    local.block<6, 6>(lens, lens) = d_pose.d_left;
-    local.block<6, 6>(lens, columns - 6) = d_pose.d_right;
+    local.setZero(locals, columns);
+    local.leftCols(locals).setIdentity();
+    set_chain(sensor_from_board(state, view_.sensor, view_.placement, view_.station), *this,
+              tangent_size(blocks()[0], state), local);
   }
 
   const CornerView& view_;
@@ -144,20 +161,20 @@ class CornerResiduals final : public View {
 class TransferResiduals : public View {
  protected:
   TransferResiduals(Kind kind, std::size_t sensor, std::size_t source, std::size_t target, std::size_t placement,
-                    std::size_t board)
-      : View(kind, sensor, placement,
-             {{BlockId::Kind::lens, source},
-              {BlockId::Kind::mount, source},
-              {BlockId::Kind::lens, target},
-              {BlockId::Kind::mount, target},
-              {BlockId::Kind::warp, board},
-              {BlockId::Kind::scale, board},
-              {BlockId::Kind::placement, placement}}) {}
+                    std::optional<std::size_t> station, std::size_t board)
+      : View(kind, sensor, placement, station,
+             with_poses({{BlockId::Kind::lens, source},
+                         {BlockId::Kind::mount, source},
+                         {BlockId::Kind::lens, target},
+                         {BlockId::Kind::mount, target},
+                         {BlockId::Kind::warp, board},
+                         {BlockId::Kind::scale, board}},
+                        placement, station)) {}
 
   void resize(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const {
     const int rows = size() * dimension();
     evaluation.residuals.resize(rows);
-    evaluation.jacobian.resize(with_jacobians ? rows : 0, width_of(*this, state) - 6);
+    evaluation.jacobian.resize(with_jacobians ? rows : 0, width_of(*this, state) - pose_columns(*this));
   }
 
   // Left-multiplies the derivative by `rows` (the identity, or a stripe's normal) into the rows of one observation.
@@ -170,29 +187,27 @@ class TransferResiduals : public View {
 
   void set_local(const Transfer& transfer, const CalibrationState& state, ViewEvaluation& evaluation) const {
     const int source = tangent_size(blocks()[0], state), target = tangent_size(blocks()[2], state);
-    const int columns = width_of(*this, state), placement = columns - 6;
+    const int columns = width_of(*this, state), locals = columns - pose_columns(*this);
     Eigen::MatrixXd& local = evaluation.local_from_blocks;
-    local.setZero(columns - 6, columns);
-    local.leftCols(columns - 6).setIdentity();
-    local.block<6, 6>(source, source) = transfer.d_source().d_left;
-    local.block<6, 6>(source, placement) = transfer.d_source().d_right;
-    const int at = source + 6 + target;
-    local.block<6, 6>(at, at) = transfer.d_target().d_left;
-    local.block<6, 6>(at, placement) = transfer.d_target().d_right;
+    local.setZero(locals, columns);
+    local.leftCols(locals).setIdentity();
+    set_chain(transfer.source(), *this, source, local);
+    set_chain(transfer.target(), *this, source + 6 + target, local);
   }
 };
 
 class StripeResiduals final : public TransferResiduals {
  public:
   StripeResiduals(const StripeView& view, std::size_t board)
-      : TransferResiduals(Kind::stripes, view.projector, view.camera, view.projector, view.placement, board),
+      : TransferResiduals(Kind::stripes, view.projector, view.camera, view.projector, view.placement, view.station,
+                          board),
         view_(view) {}
 
   int size() const override { return static_cast<int>(view_.coordinates_px.size()); }
 
   bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
     resize(state, with_jacobians, evaluation);
-    const Transfer transfer(state, view_.camera, view_.projector, view_.placement);
+    const Transfer transfer(state, view_.camera, view_.projector, view_.placement, view_.station);
     TransferDerivative derivative;
     for (int i = 0; i < size(); ++i) {
       const auto pixel =
@@ -212,14 +227,15 @@ class StripeResiduals final : public TransferResiduals {
 class FeatureResiduals final : public TransferResiduals {
  public:
   FeatureResiduals(const FeatureView& view, std::size_t board)
-      : TransferResiduals(Kind::features, view.camera, view.projector, view.camera, view.placement, board),
+      : TransferResiduals(Kind::features, view.camera, view.projector, view.camera, view.placement, view.station,
+                          board),
         view_(view) {}
 
   int size() const override { return static_cast<int>(view_.camera_pixels.size()); }
 
   bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
     resize(state, with_jacobians, evaluation);
-    const Transfer transfer(state, view_.projector, view_.camera, view_.placement);
+    const Transfer transfer(state, view_.projector, view_.camera, view_.placement, view_.station);
     TransferDerivative derivative;
     for (int i = 0; i < size(); ++i) {
       const Eigen::Vector2d& source = view_.projector_pixels[i];
@@ -236,6 +252,61 @@ class FeatureResiduals final : public TransferResiduals {
   const FeatureView& view_;
 };
 
+// Local coordinates: lens, the pose in the sensor of what carries the LEDs, then the LEDs' positions.
+class LedResiduals final : public View {
+ public:
+  explicit LedResiduals(const LedView& view)
+      : View(Kind::leds, view.sensor, std::nullopt, view.station, blocks_of(view)), view_(view) {}
+
+  int size() const override { return static_cast<int>(view_.pixels.size()); }
+
+  bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const override {
+    const Lens& lens = state.rig.sensors[view_.sensor].lens;
+    const SensorChain chain = sensor_from_leds(state, view_.sensor, view_.station);
+    const Eigen::Matrix3d rotation = chain.pose.rotation.toRotationMatrix();
+    const int lens_columns = lens.parameter_count();
+    evaluation.residuals.resize(2 * size());
+    if (with_jacobians) evaluation.jacobian.setZero(2 * size(), lens_columns + 6 + 3 * size());
+    for (int i = 0; i < size(); ++i) {
+      const Eigen::Vector3d& led = state.rig.leds[view_.leds[static_cast<std::size_t>(i)]].position_mm;
+      const Eigen::Vector2d& seen = view_.pixels[static_cast<std::size_t>(i)];
+      if (!with_jacobians) {
+        const auto pixel = lens.project(chain.pose * led);
+        if (!pixel) return false;
+        evaluation.residuals.segment<2>(2 * i) = *pixel - seen;
+        continue;
+      }
+      const auto projection = lens.project_with_gradients(chain.pose * led);
+      if (!projection) return false;
+      evaluation.residuals.segment<2>(2 * i) = projection->pixel - seen;
+      auto rows = evaluation.jacobian.middleRows<2>(2 * i);
+      rows.leftCols(lens_columns) = projection->d_parameters;
+      rows.middleCols<6>(lens_columns) = projection->d_point * d_transformed_d_pose(chain.pose, led);
+      rows.middleCols<3>(lens_columns + 6 + 3 * i) = projection->d_point * rotation;
+    }
+    if (!with_jacobians) {
+      evaluation.jacobian.resize(0, lens_columns + 6 + 3 * size());
+      return true;
+    }
+    Eigen::MatrixXd& local = evaluation.local_from_blocks;
+    const int locals = lens_columns + 6 + 3 * size();
+    local.setZero(locals, locals + (view_.station ? 6 : 0));
+    local.leftCols(locals).setIdentity();
+    local.block<6, 6>(lens_columns, lens_columns) = chain.d_mount;
+    if (view_.station) local.block<6, 6>(lens_columns, locals) = chain.d_station;
+    return true;
+  }
+
+ private:
+  static std::vector<BlockId> blocks_of(const LedView& view) {
+    std::vector<BlockId> blocks{{BlockId::Kind::lens, view.sensor}, {BlockId::Kind::mount, view.sensor}};
+    for (const std::size_t led : view.leds) blocks.push_back({BlockId::Kind::led, led});
+    return with_poses(std::move(blocks), std::nullopt, view.station);
+  }
+
+  const LedView& view_;
+};
+
 }  // namespace
 
 int tangent_size(BlockId::Kind kind, int lens_parameters) {
@@ -246,8 +317,11 @@ int tangent_size(BlockId::Kind kind, int lens_parameters) {
       return 2;
     case BlockId::Kind::scale:
       return 1;
+    case BlockId::Kind::led:
+      return 3;
     case BlockId::Kind::mount:
     case BlockId::Kind::placement:
+    case BlockId::Kind::station:
       break;
   }
   return 6;
@@ -265,9 +339,16 @@ const char* name_of(View::Kind kind) {
     case View::Kind::stripes:
       return "stripes";
     case View::Kind::features:
+      return "features";
+    case View::Kind::leds:
       break;
   }
-  return "features";
+  return "leds";
+}
+
+std::string place_of(const View& view) {
+  if (view.placement()) return "placement " + std::to_string(*view.placement());
+  return view.station() ? "station " + std::to_string(*view.station()) : "the room";
 }
 
 Eigen::MatrixXd block_jacobian(const View& view, const ViewEvaluation& evaluation, const CalibrationState& state,
@@ -290,6 +371,7 @@ std::vector<std::unique_ptr<View>> make_views(const Observations& observations,
   for (const FeatureView& view : observations.features) {
     views.push_back(std::make_unique<FeatureResiduals>(view, board_of[view.placement]));
   }
+  for (const LedView& view : observations.leds) views.push_back(std::make_unique<LedResiduals>(view));
   return views;
 }
 

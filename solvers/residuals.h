@@ -1,10 +1,12 @@
 // Residuals of the measurement model: what was measured against what the state predicts, predicted minus measured, px.
 //
-// One View is one sensor's observations of one board placement; its residuals and Jacobian are evaluated together.
+// One View is one sensor's observations of one board placement, or of LEDs at one station; its residuals and Jacobian
+// are evaluated together.
 //   CornerView   lens(sensor_from_world * world_from_board * point) - pixel                           2 per point
 //                (of a disc: the centre of gravity of its image, solvers/disc.h)
 //   StripeView   n . transfer(camera pixel -> projector) - coordinate                                 1 per reading
 //   FeatureView  transfer(projector pixel -> camera) - pixel                                          2 per feature
+//   LedView      lens(sensor_from_world * world_from_probe * led) - pixel                             2 per LED
 // The parameters come in blocks, moved by tangents (solvers/pose.h). What a view sees of them is less: a mount and a
 // placement only through the board's pose in the sensor. So a view's Jacobian is with respect to its local coordinates
 // (lens parameters, the board's pose in each sensor, warp and scale), and local_from_blocks says how these follow from
@@ -14,6 +16,7 @@
 #include <compare>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,12 +29,14 @@ namespace crumple {
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// The parameters come in blocks: the lens and the mount (sensor_from_probe) of each sensor, the warp and the scale of
-// each board, the pose of each placement.
+// The parameters come in blocks: the lens and the mount (sensor_from_mount) of each sensor, the warp and the scale of
+// each board, the pose of each placement (world_from_board) and of the probe at each station (world_from_probe), the
+// position of each LED.
 struct BlockId {
-  enum class Kind { lens, mount, warp, scale, placement };
+  enum class Kind { lens, mount, warp, scale, placement, station, led };
   Kind kind;
   std::size_t index = 0;
+  bool is_pose() const { return kind == Kind::placement || kind == Kind::station; }
   auto operator<=>(const BlockId&) const = default;
 };
 
@@ -46,7 +51,7 @@ struct ViewEvaluation {
 
 class View {
  public:
-  enum class Kind { corners, stripes, features };
+  enum class Kind { corners, stripes, features, leds };
 
   virtual ~View() = default;
   virtual int size() const = 0;  // observations
@@ -55,29 +60,35 @@ class View {
   virtual bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const = 0;
 
   Kind kind() const { return kind_; }
-  int dimension() const { return kind_ == Kind::stripes ? 1 : 2; }  // residuals per observation
-  std::size_t sensor() const { return sensor_; }                    // whose noise the residuals carry
-  std::size_t placement() const { return placement_; }
+  int dimension() const { return kind_ == Kind::stripes ? 1 : 2; }     // residuals per observation
+  std::size_t sensor() const { return sensor_; }                       // whose noise the residuals carry
+  std::optional<std::size_t> placement() const { return placement_; }  // none: no board is involved
+  std::optional<std::size_t> station() const { return station_; }      // as its observations have it
   const std::vector<BlockId>& blocks() const { return blocks_; }
 
  protected:
-  View(Kind kind, std::size_t sensor, std::size_t placement, std::vector<BlockId> blocks)
-      : kind_(kind), sensor_(sensor), placement_(placement), blocks_(std::move(blocks)) {}
+  View(Kind kind, std::size_t sensor, std::optional<std::size_t> placement, std::optional<std::size_t> station,
+       std::vector<BlockId> blocks)
+      : kind_(kind), sensor_(sensor), placement_(placement), station_(station), blocks_(std::move(blocks)) {}
 
  private:
   Kind kind_;
   std::size_t sensor_;
-  std::size_t placement_;
+  std::optional<std::size_t> placement_;
+  std::optional<std::size_t> station_;
   std::vector<BlockId> blocks_;
 };
 
 const char* name_of(View::Kind kind);
+// "placement 3", "station 2": what the view is of, for messages.
+std::string place_of(const View& view);
 
 // The columns of a view's Jacobian by the tangent of its block at `index` in View::blocks.
 Eigen::MatrixXd block_jacobian(const View& view, const ViewEvaluation& evaluation, const CalibrationState& state,
                                std::size_t index);
 
-// Views refer to the observations they are made from, which must outlive them. Order: corners, stripes, features.
+// Views refer to the observations they are made from, which must outlive them. Order: corners, stripes,
+// features, LEDs.
 // `board_of` is the state's.
 std::vector<std::unique_ptr<View>> make_views(const Observations& observations,
                                               const std::vector<std::size_t>& board_of);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr Eigen::Index kPanelRows =
     64;                                // beside twice the columns: rows that wait to be brought to a triangle together
-constexpr std::size_t kMostParts = 8;  // each leaves a triangle, and they cost as much as placements do
+constexpr std::size_t kMostParts = 8;  // each leaves a triangle, and they cost as much as poses do
 
 // Rows that say something of the common parameters, brought to a triangle whenever there are too many of them.
 class Triangle {
@@ -45,14 +45,14 @@ class Triangle {
   Eigen::Index filled_ = 0;
 };
 
-// Rows by the tangents of blocks, side by side, as rows by a placement's pose (6 columns) and the common parameters.
+// Rows by the tangents of blocks, side by side, as rows by an eliminated pose (6 columns) and the common parameters.
 void append(const Eigen::MatrixXd& by_blocks, const std::vector<BlockId>& blocks, const Parameters& parameters,
             Eigen::MatrixXd& rows) {
   const Eigen::Index first = rows.rows();
   rows.conservativeResize(first + by_blocks.rows(), Eigen::NoChange);
   rows.bottomRows(by_blocks.rows()).setZero();
   for (const Parameters::Span& span : parameters.spans(blocks)) {
-    const int column = span.placement ? 0 : 6 + span.common_offset;
+    const int column = span.slot ? 0 : 6 + span.common_offset;
     rows.block(first, column, by_blocks.rows(), span.size) = by_blocks.middleCols(span.column, span.size);
   }
 }
@@ -71,10 +71,8 @@ bool concerns(const Prior& prior, const BlockId& block) {
   return std::find(prior.blocks().begin(), prior.blocks().end(), block) != prior.blocks().end();
 }
 
-bool concerns_a_placement(const Prior& prior, const Parameters& parameters) {
-  return std::any_of(prior.blocks().begin(), prior.blocks().end(), [&](const BlockId& block) {
-    return block.kind == BlockId::Kind::placement && parameters.estimated(block);
-  });
+bool concerns_an_eliminated(const Prior& prior, const Parameters& parameters) {
+  return parameters.slot(prior.blocks()).has_value();
 }
 
 }  // namespace
@@ -83,27 +81,29 @@ Eigen::MatrixXd reduced_square_root(const std::vector<std::unique_ptr<View>>& vi
                                     const NormalEquations::Evaluate& evaluate, const std::vector<Prior>& priors,
                                     const CalibrationState& state, int threads) {
   const Eigen::Index n = parameters.common_size();
-  const ViewPartition partitioned = partition(views, std::min(part_count(parameters.common_size()), kMostParts));
+  const ViewPartition partitioned =
+      partition(views, parameters, std::min(part_count(parameters.common_size()), kMostParts));
   std::vector<Eigen::MatrixXd> parts(partitioned.parts());
   parallel_for(parts.size(), threads, [&](std::size_t part) {
     Triangle triangle(n);
     ViewEvaluation evaluation;
     for (std::size_t i = partitioned.begins[part]; i < partitioned.begins[part + 1];) {
-      const BlockId placement{BlockId::Kind::placement, views[partitioned.order[i]]->placement()};
+      const auto slot = parameters.slot(views[partitioned.order[i]]->blocks());
       Eigen::MatrixXd rows(0, 6 + n);
       for (; i < partitioned.begins[part + 1]; ++i) {
         const std::size_t v = partitioned.order[i];
-        if (views[v]->placement() != placement.index) break;
+        if (parameters.slot(views[v]->blocks()) != slot) break;
         evaluate(v, evaluation);
         append(triangular_factor(evaluation.jacobian) * evaluation.local_from_blocks, views[v]->blocks(), parameters,
                rows);
       }
-      if (!parameters.estimated(placement)) {
+      if (!slot) {
         triangle.add(rows.rightCols(n));
         continue;
       }
       for (const Prior& prior : priors) {
-        if (concerns(prior, placement)) append(rows_of(prior, state), prior.blocks(), parameters, rows);
+        if (concerns(prior, parameters.eliminated()[*slot]))
+          append(rows_of(prior, state), prior.blocks(), parameters, rows);
       }
       triangle.add(eliminated(rows, 6));
     }
@@ -113,7 +113,7 @@ Eigen::MatrixXd reduced_square_root(const std::vector<std::unique_ptr<View>>& vi
   Triangle all(n);
   for (const Eigen::MatrixXd& part : parts) all.add(part);
   for (const Prior& prior : priors) {
-    if (concerns_a_placement(prior, parameters)) continue;
+    if (concerns_an_eliminated(prior, parameters)) continue;
     Eigen::MatrixXd rows(0, 6 + n);
     append(rows_of(prior, state), prior.blocks(), parameters, rows);
     all.add(rows.rightCols(n));

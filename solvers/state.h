@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "solvers/board.h"
@@ -20,10 +19,6 @@ struct CalibrationState {
   std::vector<Pose> world_from_probe = {};
 
   const Board& board_at(std::size_t placement) const { return boards[board_of[placement]]; }
-  // The frame that carries a sensor, seen from the world, while the probe is at `station`.
-  Pose mount_from_world(Mount mount, std::optional<std::size_t> station) const {
-    return mount == Mount::probe && station ? world_from_probe[*station].inverse() : Pose{};
-  }
 };
 
 }  // namespace crumple

@@ -12,18 +12,17 @@ constexpr double kGrazingCosine = 2e-3;
 
 }  // namespace
 
-Transfer::Transfer(const CalibrationState& state, std::size_t source, std::size_t target, std::size_t placement)
+Transfer::Transfer(const CalibrationState& state, std::size_t source, std::size_t target, std::size_t placement,
+                   std::optional<std::size_t> station)
     : source_lens_(state.rig.sensors[source].lens),
       target_lens_(state.rig.sensors[target].lens),
       board_(state.board_at(placement)),
-      source_from_board_(state.rig.sensors[source].sensor_from_mount * state.world_from_board[placement]),
-      target_from_board_(state.rig.sensors[target].sensor_from_mount * state.world_from_board[placement]),
-      d_source_(d_composed(state.rig.sensors[source].sensor_from_mount, state.world_from_board[placement])),
-      d_target_(d_composed(state.rig.sensors[target].sensor_from_mount, state.world_from_board[placement])) {}
+      source_(sensor_from_board(state, source, placement, station)),
+      target_(sensor_from_board(state, target, placement, station)) {}
 
 std::optional<Transfer::SurfacePoint> Transfer::meet(const Eigen::Vector3d& ray) const {
-  const Eigen::Quaterniond board_from_source = source_from_board_.rotation.conjugate();
-  const Eigen::Vector3d origin = -(board_from_source * source_from_board_.translation);
+  const Eigen::Quaterniond board_from_source = source_.pose.rotation.conjugate();
+  const Eigen::Vector3d origin = -(board_from_source * source_.pose.translation);
   SurfacePoint point;
   point.ray_in_board = board_from_source * ray;
   if (std::abs(point.ray_in_board.z()) < kGrazingCosine * ray.norm()) return std::nullopt;
@@ -43,7 +42,7 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
   const auto ray = source_lens_.ray(source_pixel);
   const auto point = ray ? meet(*ray) : std::nullopt;
   if (!point) return std::nullopt;
-  return target_lens_.project(target_from_board_ * point->in_board);
+  return target_lens_.project(target_.pose * point->in_board);
 }
 
 std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& source_pixel,
@@ -51,24 +50,23 @@ std::optional<Eigen::Vector2d> Transfer::operator()(const Eigen::Vector2d& sourc
   const auto ray = source_lens_.ray_with_gradients(source_pixel);
   const auto point = ray ? meet(ray->direction) : std::nullopt;
   if (!point) return std::nullopt;
-  const auto projection = target_lens_.project_with_gradients(target_from_board_ * point->in_board);
+  const auto projection = target_lens_.project_with_gradients(target_.pose * point->in_board);
   if (!projection) return std::nullopt;
 
   // At fixed depth first; sliding along the ray back onto the surface is a projection P = I - v n' / (n'v).
-  const Eigen::Matrix3d board_from_source = source_from_board_.rotation.conjugate().toRotationMatrix();
+  const Eigen::Matrix3d board_from_source = source_.pose.rotation.conjugate().toRotationMatrix();
   const double slope = point->normal * point->ray_in_board;
   const Eigen::Matrix3d onto_surface = Eigen::Matrix3d::Identity() - point->ray_in_board * point->normal / slope;
-  const Eigen::Vector3d lever = point->depth * ray->direction - source_from_board_.translation;
+  const Eigen::Vector3d lever = point->depth * ray->direction - source_.pose.translation;
   Matrix3x6d d_source_pose;
   d_source_pose << board_from_source * cross_matrix(lever), -board_from_source;
 
-  const Eigen::Matrix<double, 2, 3> d_board_point =
-      projection->d_point * target_from_board_.rotation.toRotationMatrix();
+  const Eigen::Matrix<double, 2, 3> d_board_point = projection->d_point * target_.pose.rotation.toRotationMatrix();
 
   derivative.source_lens = d_board_point * onto_surface * (point->depth * (board_from_source * ray->d_parameters));
   derivative.source_pose = d_board_point * onto_surface * d_source_pose;
   derivative.target_lens = projection->d_parameters;
-  derivative.target_pose = projection->d_point * d_transformed_d_pose(target_from_board_, point->in_board);
+  derivative.target_pose = projection->d_point * d_transformed_d_pose(target_.pose, point->in_board);
   const double x = point->in_board.x(), y = point->in_board.y();
   const Eigen::Vector2d d_raised = d_board_point * (point->ray_in_board / slope);
   derivative.warp = d_raised * board_.d_height_d_warp(x, y).transpose();

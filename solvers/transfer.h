@@ -12,7 +12,7 @@
 
 #include <Eigen/Core>
 
-#include "solvers/state.h"
+#include "solvers/sensor_chain.h"
 
 namespace crumple {
 
@@ -29,15 +29,17 @@ struct TransferDerivative {
 
 class Transfer {
  public:
-  Transfer(const CalibrationState& state, std::size_t source, std::size_t target, std::size_t placement);
+  // `station` as the views have it (solvers/observations.h).
+  Transfer(const CalibrationState& state, std::size_t source, std::size_t target, std::size_t placement,
+           std::optional<std::size_t> station);
 
   // No value where the source pixel has no ray, the ray misses the board's surface, or the point lies behind a sensor.
   std::optional<Eigen::Vector2d> operator()(const Eigen::Vector2d& source_pixel) const;
   std::optional<Eigen::Vector2d> operator()(const Eigen::Vector2d& source_pixel, TransferDerivative& derivative) const;
 
-  // How the board's poses in both sensors follow from mount (left) and placement (right).
-  const CompositionDerivative& d_source() const { return d_source_; }
-  const CompositionDerivative& d_target() const { return d_target_; }
+  // The board in both sensors, and how its poses follow from mounts, station and placement.
+  const SensorChain& source() const { return source_; }
+  const SensorChain& target() const { return target_; }
 
  private:
   struct SurfacePoint {
@@ -51,10 +53,8 @@ class Transfer {
   const Lens& source_lens_;
   const Lens& target_lens_;
   const Board& board_;
-  Pose source_from_board_;
-  Pose target_from_board_;
-  CompositionDerivative d_source_;
-  CompositionDerivative d_target_;
+  SensorChain source_;
+  SensorChain target_;
 };
 
 }  // namespace crumple

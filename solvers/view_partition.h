@@ -6,14 +6,15 @@
 #include <memory>
 #include <vector>
 
-#include "solvers/residuals.h"
+#include "solvers/parameters.h"
 
 namespace crumple {
 
 // How many parts the work falls into; few where there are so many common parameters that each part's sums are large.
 std::size_t part_count(int common_size);
 
-// Views in the order of their placements, and where each part of them begins; no placement is in two parts.
+// Views in the order of the eliminated poses they hold (those without one last), and where each part of them begins; no
+// eliminated pose is in two parts.
 struct ViewPartition {
   std::vector<std::size_t> order;
   std::vector<std::size_t> begins;  // one more than there are parts
@@ -21,6 +22,7 @@ struct ViewPartition {
   std::size_t parts() const { return begins.size() - 1; }
 };
 
-ViewPartition partition(const std::vector<std::unique_ptr<View>>& views, std::size_t parts);
+ViewPartition partition(const std::vector<std::unique_ptr<View>>& views, const Parameters& parameters,
+                        std::size_t parts);
 
 }  // namespace crumple

@@ -52,7 +52,7 @@ class Blocks {
  public:
   Blocks(const CalibrationState& state, const Parameters& parameters) {
     std::vector<BlockId> blocks = parameters.common_blocks();
-    for (const std::size_t p : parameters.placements()) blocks.push_back({BlockId::Kind::placement, p});
+    for (const BlockId& pose : parameters.eliminated()) blocks.push_back(pose);
     for (const BlockId& block : blocks) {
       const std::vector<double> value = read(state, block);
       spans_[block] = {values_.size(), value.size()};
@@ -72,34 +72,44 @@ class Blocks {
           lens = lens.with_parameters({value, value + span.second});
           break;
         }
-        case BlockId::Kind::mount:
-          state.rig.sensors[block.index].sensor_from_mount = PoseManifold::unpack(value);
-          break;
         case BlockId::Kind::warp:
           state.boards[block.index].warp_mm = Eigen::Map<const Eigen::Vector2d>(value);
           break;
         case BlockId::Kind::scale:
           state.boards[block.index].scale = *value;
           break;
+        case BlockId::Kind::led:
+          state.rig.leds[block.index].position_mm = Eigen::Map<const Eigen::Vector3d>(value);
+          break;
+        case BlockId::Kind::mount:
         case BlockId::Kind::placement:
-          state.world_from_board[block.index] = PoseManifold::unpack(value);
+        case BlockId::Kind::station:
+          pose_at(state, block) = PoseManifold::unpack(value);
           break;
       }
     }
   }
 
  private:
-  static std::vector<double> read(const CalibrationState& state, const BlockId& block) {
+  static Pose& pose_at(CalibrationState& state, const BlockId& block) {
+    if (block.kind == BlockId::Kind::placement) return state.world_from_board[block.index];
+    if (block.kind == BlockId::Kind::station) return state.world_from_probe[block.index];
+    return state.rig.sensors[block.index].sensor_from_mount;
+  }
+
+  static std::vector<double> read(CalibrationState state, const BlockId& block) {
     if (block.kind == BlockId::Kind::lens) return state.rig.sensors[block.index].lens.parameters();
     if (block.kind == BlockId::Kind::warp) {
       const Eigen::Vector2d& warp = state.boards[block.index].warp_mm;
       return {warp.x(), warp.y()};
     }
     if (block.kind == BlockId::Kind::scale) return {state.boards[block.index].scale};
+    if (block.kind == BlockId::Kind::led) {
+      const Eigen::Vector3d& led = state.rig.leds[block.index].position_mm;
+      return {led.x(), led.y(), led.z()};
+    }
     std::vector<double> value(kPoseSize);
-    PoseManifold::pack(block.kind == BlockId::Kind::mount ? state.rig.sensors[block.index].sensor_from_mount
-                                                          : state.world_from_board[block.index],
-                       value.data());
+    PoseManifold::pack(pose_at(state, block), value.data());
     return value;
   }
 
@@ -219,12 +229,13 @@ void add(std::function<const Rows*()> rows, int count, const std::vector<BlockId
                            columns.pointers);
 }
 
-ceres::Solver::Options solver_options(Blocks& blocks, const MinimiseOptions& minimise_options) {
+ceres::Solver::Options solver_options(const Parameters& parameters, Blocks& blocks,
+                                      const MinimiseOptions& minimise_options) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (const auto& [block, span] : blocks.spans()) {
-    const int group = block.kind == BlockId::Kind::placement ? 0 : 1;
+    const int group = parameters.slot(block) ? 0 : 1;
     options.linear_solver_ordering->AddElementToGroup(blocks.data(block), group);
   }
   options.num_threads = 1;
@@ -257,12 +268,12 @@ Expected<CeresMinimum> minimise_by_ceres(const std::vector<std::unique_ptr<View>
         problem);
   }
   for (const auto& [block, span] : blocks.spans()) {
-    const bool pose = block.kind == BlockId::Kind::mount || block.kind == BlockId::Kind::placement;
+    const bool pose = block.kind == BlockId::Kind::mount || block.is_pose();
     if (pose) problem.SetManifold(blocks.data(block), new PoseManifold);
   }
 
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(blocks, options), &problem, &summary);
+  ceres::Solve(solver_options(parameters, blocks, options), &problem, &summary);
   if (summary.termination_type == ceres::FAILURE) return fail(summary.message);
   blocks.write_to(state);
   return CeresMinimum{static_cast<int>(summary.iterations.size()), summary.termination_type == ceres::CONVERGENCE,

@@ -105,27 +105,7 @@ std::unique_ptr<Problem> rational_lenses_under_a_weak_prior() {
 Eigen::VectorXd common_step(const Parameters& parameters, const CalibrationState& from, const CalibrationState& to) {
   Eigen::VectorXd step(parameters.common_size());
   for (const BlockId& block : parameters.common_blocks()) {
-    auto of_block = step.segment(*parameters.common_offset(block), tangent_size(block, from));
-    switch (block.kind) {
-      case BlockId::Kind::lens:
-        for (Eigen::Index i = 0; i < of_block.size(); ++i) {
-          const auto k = static_cast<std::size_t>(i);
-          of_block[i] =
-              to.rig.sensors[block.index].lens.parameters()[k] - from.rig.sensors[block.index].lens.parameters()[k];
-        }
-        break;
-      case BlockId::Kind::warp:
-        of_block = to.boards[block.index].warp_mm - from.boards[block.index].warp_mm;
-        break;
-      case BlockId::Kind::scale:
-        of_block[0] = to.boards[block.index].scale - from.boards[block.index].scale;
-        break;
-      case BlockId::Kind::mount:
-      case BlockId::Kind::placement:
-        of_block =
-            local_step(from.rig.sensors[block.index].sensor_from_mount, to.rig.sensors[block.index].sensor_from_mount);
-        break;
-    }
+    step.segment(*parameters.common_offset(block), tangent_size(block, from)) = block_step(block, from, to);
   }
   return step;
 }

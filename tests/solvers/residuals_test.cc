@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "solvers/parameters.h"
 #include "tests/solvers/gradients.h"
 #include "tests/solvers/synthetic.h"
 
@@ -9,28 +10,7 @@ namespace crumple {
 namespace {
 
 CalibrationState moved_block(CalibrationState state, const BlockId& block, const Eigen::VectorXd& step) {
-  switch (block.kind) {
-    case BlockId::Kind::lens: {
-      Lens& lens = state.rig.sensors[block.index].lens;
-      std::vector<double> p = lens.parameters();
-      for (std::size_t i = 0; i < p.size(); ++i) p[i] += step[static_cast<int>(i)];
-      lens = lens.with_parameters(p);
-      break;
-    }
-    case BlockId::Kind::mount:
-      state.rig.sensors[block.index].sensor_from_mount =
-          retract(state.rig.sensors[block.index].sensor_from_mount, step);
-      break;
-    case BlockId::Kind::warp:
-      state.boards[block.index].warp_mm += step;
-      break;
-    case BlockId::Kind::scale:
-      state.boards[block.index].scale += step[0];
-      break;
-    case BlockId::Kind::placement:
-      state.world_from_board[block.index] = retract(state.world_from_board[block.index], step);
-      break;
-  }
+  move_block(block, step, state);
   return state;
 }
 

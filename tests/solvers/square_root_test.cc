@@ -78,8 +78,7 @@ class Whole {
     rows_.conservativeResize(rows_.rows() + by_blocks.rows(), Eigen::NoChange);
     rows_.bottomRows(by_blocks.rows()).setZero();
     for (const Parameters::Span& span : parameters_.spans(blocks)) {
-      const int column =
-          span.placement ? parameters_.common_size() + 6 * static_cast<int>(*span.placement) : span.common_offset;
+      const int column = span.slot ? parameters_.common_size() + 6 * static_cast<int>(*span.slot) : span.common_offset;
       rows_.block(rows_.rows() - by_blocks.rows(), column, by_blocks.rows(), span.size) =
           by_blocks.middleCols(span.column, span.size);
     }

@@ -1,0 +1,143 @@
+// The joint refinement of trackers, LEDs, probe and boards.
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include "solvers/bundle.h"
+#include "tests/solvers/gradients.h"
+#include "tests/solvers/made_system.h"
+
+namespace crumple {
+namespace {
+
+constexpr MadeSystemOptions kExact{.led_sigma_px = 0, .corner_sigma_px = 0, .stripe_sigma_px = 0};
+
+TEST(TrackedResiduals, VanishAtTheTruth) {
+  const MadeSystem made = make_system(kExact);
+  for (const auto& view : make_views(made.observations, made.truth.board_of)) {
+    ViewEvaluation evaluation;
+    ASSERT_TRUE(view->evaluate(made.truth, false, evaluation));
+    EXPECT_LT(evaluation.residuals.cwiseAbs().maxCoeff(), 1e-9) << name_of(view->kind()) << " at " << place_of(*view);
+  }
+}
+
+TEST(TrackedResiduals, JacobiansMatchCentralDifferences) {
+  const MadeSystem made = make_system({.stations = 3, .placements = 2, .tracker_placements = 2});
+  const CalibrationState state = disturbed_system(made.truth, 3);
+  for (const auto& view : make_views(made.observations, made.truth.board_of)) {
+    ViewEvaluation evaluation;
+    ASSERT_TRUE(view->evaluate(state, true, evaluation));
+    for (std::size_t b = 0; b < view->blocks().size(); ++b) {
+      const auto residuals = [&](const Eigen::VectorXd& step) {
+        CalibrationState there = state;
+        move_block(view->blocks()[b], step, there);
+        ViewEvaluation at;
+        EXPECT_TRUE(view->evaluate(there, false, at));
+        return at.residuals;
+      };
+      const Eigen::MatrixXd analytic = block_jacobian(*view, evaluation, state, b);
+      const Eigen::MatrixXd numeric = central_differences(residuals, Eigen::VectorXd::Zero(analytic.cols()));
+      EXPECT_LT((numeric - analytic).cwiseAbs().maxCoeff(), 2e-7 * (1 + analytic.cwiseAbs().maxCoeff()))
+          << name_of(view->kind()) << " at " << place_of(*view) << ", block " << b;
+    }
+  }
+}
+
+void expect_near(const CalibrationState& found, const CalibrationState& truth, double angle_rad, double length_mm) {
+  for (std::size_t s = 0; s < truth.rig.sensors.size(); ++s) {
+    const Vector6d step = local_step(truth.rig.sensors[s].sensor_from_mount, found.rig.sensors[s].sensor_from_mount);
+    EXPECT_LT(step.head<3>().norm(), angle_rad) << truth.rig.sensors[s].name;
+    EXPECT_LT(step.tail<3>().norm(), length_mm) << truth.rig.sensors[s].name;
+  }
+  for (std::size_t l = 0; l < truth.rig.leds.size(); ++l) {
+    EXPECT_LT((found.rig.leds[l].position_mm - truth.rig.leds[l].position_mm).norm(), length_mm) << l;
+  }
+  for (std::size_t s = 0; s < truth.world_from_probe.size(); ++s) {
+    const Vector6d step = local_step(truth.world_from_probe[s], found.world_from_probe[s]);
+    EXPECT_LT(step.head<3>().norm(), angle_rad) << "station " << s;
+    EXPECT_LT(step.tail<3>().norm(), length_mm) << "station " << s;
+  }
+}
+
+struct Parts {
+  const char* name;
+  MadeSystemOptions options;
+};
+
+class TrackedBundle : public testing::TestWithParam<Parts> {};
+
+TEST_P(TrackedBundle, RecoversNoiseFreeTruth) {
+  MadeSystemOptions options = GetParam().options;
+  options.led_sigma_px = options.corner_sigma_px = options.stripe_sigma_px = 0;
+  const MadeSystem made = make_system(options);
+  const auto result = refine(disturbed_system(made.truth, 5), made.observations, {});
+  ASSERT_TRUE(result) << result.error().message;
+  expect_near(result->state, made.truth, 1e-7, 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    AnyPart, TrackedBundle,
+    testing::Values(Parts{"Whole", {}}, Parts{"ManyPlacements", {.stations = 12, .placements = 12}},
+                    Parts{"OneTracker", {.trackers = 1, .stations = 15}},
+                    Parts{"FourTrackersAndAWand", {.trackers = 4, .leds = 8, .stations = 12, .wand_stations = 20}},
+                    Parts{"NoProjector", {.projector = false}}),
+    [](const auto& info) { return info.param.name; });
+
+TEST(TrackedBundleNoise, EveryGroupsSigmaIsFound) {
+  const MadeSystem made =
+      make_system({.stations = 25, .led_sigma_px = 0.05, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.2});
+  const auto result = refine(disturbed_system(made.truth, 5), made.observations, {});
+  ASSERT_TRUE(result) << result.error().message;
+  for (const GroupSummary& group : result->groups) {
+    const double truth_px = group.kind == View::Kind::leds ? 0.05 : group.kind == View::Kind::stripes ? 0.2 : 0.1;
+    EXPECT_TRUE(group.sigma_estimated);
+    EXPECT_NEAR(group.sigma_px, truth_px, 4 * truth_px / std::sqrt(2 * group.redundancy))
+        << group_name(made.truth.rig, group.sensor, group.kind);
+  }
+}
+
+TEST(TrackedBundleNoise, TheSameBitsAtAnyThreadCount) {
+  const MadeSystem made = make_system({.stations = 9, .placements = 2, .tracker_placements = 8});
+  const CalibrationState start = disturbed_system(made.truth, 5);
+  const auto one = refine(start, made.observations, {.threads = 1});
+  const auto three = refine(start, made.observations, {.threads = 3});
+  ASSERT_TRUE(one && three);
+  EXPECT_EQ(one->covariance.common(), three->covariance.common());
+  for (std::size_t l = 0; l < made.truth.rig.leds.size(); ++l) {
+    EXPECT_EQ(one->state.rig.leds[l].position_mm, three->state.rig.leds[l].position_mm);
+  }
+}
+
+// Over independent campaigns the squared error of the LEDs and of a tracker's mount, whitened by its predicted
+// covariance, is chi-square distributed; 60 of them leave its mean within a few percent.
+TEST(TrackedBundleNoise, PredictedSigmasAreTrue) {
+  constexpr int kCampaigns = 60;
+  double sum = 0;
+  int degrees = 0, outside = 0;
+  for (int c = 0; c < kCampaigns; ++c) {
+    const MadeSystem made = make_system(
+        {.projector = false, .stations = 12, .tracker_placements = 10, .seed = 100 + static_cast<unsigned>(c)});
+    const auto result = refine(made.truth, made.observations, {});
+    ASSERT_TRUE(result) << result.error().message;
+    std::vector<BlockId> blocks{{BlockId::Kind::mount, 2}};
+    for (std::size_t l = 0; l < made.truth.rig.leds.size(); ++l) blocks.push_back({BlockId::Kind::led, l});
+    Eigen::VectorXd error(6 + 3 * made.truth.rig.leds.size());
+    error.head<6>() =
+        local_step(made.truth.rig.sensors[2].sensor_from_mount, result->state.rig.sensors[2].sensor_from_mount);
+    for (std::size_t l = 0; l < made.truth.rig.leds.size(); ++l) {
+      error.segment<3>(6 + 3 * static_cast<Eigen::Index>(l)) =
+          result->state.rig.leds[l].position_mm - made.truth.rig.leds[l].position_mm;
+    }
+    const Eigen::MatrixXd covariance = result->covariance.of(blocks, result->state);
+    sum += error.dot(covariance.ldlt().solve(error));
+    degrees += static_cast<int>(error.size());
+    for (Eigen::Index i = 0; i < error.size(); ++i) outside += std::abs(error[i]) > 1.96 * std::sqrt(covariance(i, i));
+  }
+  EXPECT_NEAR(sum / degrees, 1, 4 * std::sqrt(2.0 / degrees) + 0.05);  // sigmas are estimated: a few percent more
+  EXPECT_LT(outside, 0.09 * degrees);
+  EXPECT_GT(outside, 0.02 * degrees);
+}
+
+}  // namespace
+}  // namespace crumple
