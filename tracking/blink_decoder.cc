@@ -101,6 +101,20 @@ std::array<double, 2> place_probabilities(int cycles, double flipped, double mis
   return result;
 }
 
+// Of the places in which the two words differ a are read rightly and b wrongly; of the others c are wrong.
+void add_other_word(int length, int distance, double right, double wrong, BlinkRates& rates) {
+  for (int a = 0; a <= distance; ++a) {
+    for (int b = 0; a + b <= distance; ++b) {
+      const double of_these = trinomial(distance, a, right, b, wrong);
+      for (int c = 0; c <= std::min(length - distance, kCorrected); ++c) {
+        const double probability = of_these * trinomial(length - distance, c, wrong, 0, 0);
+        if (b + c <= kCorrected && a - b < kMargin) rates.refused += probability;
+        if (a + c <= kCorrected && b - a >= kMargin) rates.wrong += probability;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 const char* words(BlinkRefusal refusal) {
@@ -159,18 +173,8 @@ BlinkRates predicted_blink_rates(const BlinkCode& code, std::size_t led, int cyc
   for (int errors = kCorrected + 1; errors <= n; ++errors) rates.refused += trinomial(n, errors, wrong, 0, 0);
   for (std::size_t other = 0; other < code.size(); ++other) {
     if (other == led) continue;
-    const int d = std::popcount(code.words()[led] ^ code.words()[other]);
-    // Of the places in which the two words differ a are read rightly and b wrongly; of the others c are wrong.
-    for (int a = 0; a <= d; ++a) {
-      for (int b = 0; a + b <= d; ++b) {
-        const double of_these = trinomial(d, a, right, b, wrong);
-        for (int c = 0; c <= std::min(n - d, 2 * kCorrected); ++c) {
-          const double probability = of_these * trinomial(n - d, c, wrong, 0, 0);
-          if (b + c <= kCorrected && a - b < kMargin) rates.refused += probability;
-          if (a + c <= kCorrected && b - a >= kMargin) rates.wrong += probability;
-        }
-      }
-    }
+    const int distance = std::popcount(code.words()[led] ^ code.words()[other]);
+    add_other_word(n, std::min(n, distance), right, wrong, rates);
   }
   return rates;
 }

@@ -11,9 +11,9 @@
 namespace crumple {
 namespace {
 
-constexpr double kParallel = 1e-12;  // of the smallest eigenvalue per ray: the square of half an angle of 2e-6 rad
+constexpr double kParallelRays = 1e-12;  // of the smallest eigenvalue per ray: the square of half an angle of 2e-6 rad
 constexpr double kUncertainShare = 0.25;
-constexpr int kMaxSteps = 30;
+constexpr int kMaxPointSteps = 30;
 
 struct PointEquations {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -22,7 +22,7 @@ struct PointEquations {
 };
 
 // No value where a sensor does not project the point.
-std::optional<PointEquations> equations_at(const std::vector<Sighting>& sightings,
+std::optional<PointEquations> point_equations(const std::vector<Sighting>& sightings,
                                            const std::vector<Eigen::Matrix2d>& weights,
                                            const Eigen::Vector3d& point_mm) {
   PointEquations sum;
@@ -64,7 +64,7 @@ Expected<Eigen::Vector3d> nearest_to_rays(const std::vector<Eigen::Vector3d>& or
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(sum);
   const double smallest = eigen.eigenvalues()[0];
-  if (origins.size() < 2 || !(smallest > kParallel * static_cast<double>(origins.size()))) {
+  if (origins.size() < 2 || !(smallest > kParallelRays * static_cast<double>(origins.size()))) {
     return fail("the rays are parallel, so they meet nowhere: look from sensors that stand further apart");
   }
   return Eigen::Vector3d(eigen.eigenvectors() * (eigen.eigenvalues().cwiseInverse().asDiagonal() *
@@ -88,12 +88,12 @@ Expected<TriangulatedPoint> triangulate(const std::vector<Sighting>& sightings) 
   const auto start = nearest_to_rays(origins, directions);
   if (!start) return tl::unexpected(start.error());
   TriangulatedPoint result{.point_mm = *start};
-  auto at = equations_at(sightings, weights, result.point_mm);
+  auto at = point_equations(sightings, weights, result.point_mm);
   if (!at) return fail("the rays meet behind a sensor: one of the pixels is of something else");
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < kMaxPointSteps; ++step) {
     const Eigen::Vector3d move = -at->information.ldlt().solve(at->gradient);
     if (!move.allFinite()) break;
-    const auto next = equations_at(sightings, weights, result.point_mm + move);
+    const auto next = point_equations(sightings, weights, result.point_mm + move);
     // Where a full step raises the sum the start is as good as rounding lets it be, or the rays barely meet.
     if (!next || next->chi_square > at->chi_square) break;
     const double gained = at->chi_square - next->chi_square;
