@@ -18,8 +18,9 @@ namespace {
 constexpr std::size_t kMostTriples = 60;  // per tracker
 constexpr std::size_t kRefinedStarts = 4;
 constexpr double kCauchyScale = 2;
-constexpr double kMirrorMargin = 16;  // of chi-square, by which the mirrored pose has to be worse
-constexpr int kMostRounds = 40;       // of leaving out and taking back
+constexpr double kMirrorMargin = 16;    // of chi-square, by which the mirrored pose has to be worse
+constexpr std::size_t kFewLeftOut = 8;  // one in so many
+constexpr int kMostRounds = 40;         // of leaving out and taking back
 
 using Used = std::vector<char>;
 
@@ -105,6 +106,19 @@ std::optional<Candidate> gated(const std::vector<LedSighting>& sightings, const 
     if (!change) return result;
     result.used[*change] ^= 1;
   }
+  return std::nullopt;
+}
+
+// A robust fit from the first start, where it leaves out so few that the rest is beyond doubt: what one wrong ID among
+// many or a reading at the gate needs.
+std::optional<Candidate> nearly_undoubted(const std::vector<LedSighting>& sightings, const std::vector<Pose>& starts,
+                                          double gate) {
+  if (starts.empty()) return std::nullopt;
+  const Used all(sightings.size(), 1);
+  const auto robust = fit_pose(sightings, all, starts.front(), {.cauchy_scale = kCauchyScale});
+  if (!robust) return std::nullopt;
+  auto found = gated(sightings, *robust, gate);
+  if (found && kFewLeftOut * (sightings.size() - count_used(found->used)) <= sightings.size()) return found;
   return std::nullopt;
 }
 
@@ -229,6 +243,7 @@ Expected<ProbePose> probe_pose(const Rig& rig, const LedReadings& readings, cons
   std::vector<Pose> starts = quick_starts(*sightings);
   if (options.near) starts.push_back(*options.near);
   auto found = undoubted(*sightings, starts, options.gate);
+  if (!found) found = nearly_undoubted(*sightings, starts, options.gate);
   if (!found) found = consensus(*sightings, starts, options.gate);
   if (!found) {
     return fail(
