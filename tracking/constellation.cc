@@ -1,0 +1,106 @@
+#include "tracking/constellation.h"
+
+#include <limits>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+namespace crumple {
+namespace {
+
+LedReadings undoubted_readings(const std::vector<TrackerLights>& trackers,
+                               const std::vector<std::size_t>& led_of_word) {
+  LedReadings readings;
+  for (const TrackerLights& tracker : trackers) {
+    LedReading reading{.view = {.sensor = tracker.sensor, .leds = {}, .pixels = {}}, .covariances_px2 = {}};
+    for (const IdentifiedLight& told : tracker.lights.leds) {
+      reading.view.leds.push_back(led_of_word[told.led]);
+      reading.view.pixels.push_back(told.light.pixel);
+      reading.covariances_px2.push_back(told.light.covariance_px2);
+    }
+    readings.push_back(reading);
+  }
+  return readings;
+}
+
+// The squared difference to the predicted pixel over the variance of both.
+double prediction_square(const Rig& rig, std::size_t sensor, std::size_t led, const Light& light,
+                         const ProbePose& pose) {
+  const Sensor& tracker = rig.sensors[sensor];
+  const LedSighting sighting{.sensor = sensor,
+                             .led = led,
+                             .lens = &tracker.lens,
+                             .sensor_from_world = tracker.sensor_from_mount,
+                             .led_mm = rig.leds[led].position_mm,
+                             .pixel = light.pixel,
+                             .covariance_px2 = light.covariance_px2};
+  SightingResidual at;
+  if (!evaluate(sighting, pose.world_from_probe, at)) return std::numeric_limits<double>::infinity();
+  const Eigen::Matrix2d variance = light.covariance_px2 + at.d_pose * pose.covariance * at.d_pose.transpose();
+  return at.residual_px.dot(variance.inverse() * at.residual_px);
+}
+
+// Adds the one candidate of each word that agrees with the pose.
+std::size_t take_candidates(const Rig& rig, const TrackerLights& tracker, const std::vector<std::size_t>& led_of_word,
+                            const ProbePose& pose, double gate, LedReading& reading,
+                            std::vector<RefusedLight>& refused) {
+  const std::vector<IdentifiedLight>& candidates = tracker.lights.candidates;
+  std::size_t taken = 0;
+  for (std::size_t first = 0; first < candidates.size();) {
+    std::size_t end = first;
+    std::vector<std::size_t> agreeing;
+    const std::size_t led = led_of_word[candidates[first].led];
+    for (; end < candidates.size() && candidates[end].led == candidates[first].led; ++end) {
+      if (prediction_square(rig, tracker.sensor, led, candidates[end].light, pose) < gate) agreeing.push_back(end);
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      if (agreeing.size() == 1 && agreeing.front() == i) {
+        reading.view.leds.push_back(led);
+        reading.view.pixels.push_back(candidates[i].light.pixel);
+        reading.covariances_px2.push_back(candidates[i].light.covariance_px2);
+        ++taken;
+        continue;
+      }
+      refused.push_back({tracker.sensor, candidates[i].light,
+                         fmt::format("blinks the word of LED {} as another light does, and {}", rig.leds[led].name,
+                                     agreeing.size() > 1 ? "the pose agrees with both"
+                                                         : "is not where the pose has it: a reflection")});
+    }
+    first = end;
+  }
+  return taken;
+}
+
+}  // namespace
+
+Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
+                                             const std::vector<std::size_t>& led_of_word,
+                                             const ProbePoseOptions& options) {
+  for (const std::size_t led : led_of_word) {
+    if (led >= rig.leds.size()) return fail(fmt::format("a blink word for LED {}, which the rig has not", led));
+  }
+  for (const TrackerLights& tracker : trackers) {
+    for (const auto* lights : {&tracker.lights.leds, &tracker.lights.candidates}) {
+      for (const IdentifiedLight& told : *lights) {
+        if (told.led >= led_of_word.size()) return fail(fmt::format("word {} of the code is no LED's", told.led));
+      }
+    }
+  }
+  Constellation result;
+  result.readings = undoubted_readings(trackers, led_of_word);
+  auto pose = probe_pose(rig, result.readings, options);
+  if (!pose) return tl::unexpected(pose.error());
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < trackers.size(); ++i) {
+    for (const UnidentifiedLight& light : trackers[i].lights.refused) {
+      result.refused.push_back({trackers[i].sensor, light.light, light.reason});
+    }
+    taken += take_candidates(rig, trackers[i], led_of_word, *pose, options.gate, result.readings[i], result.refused);
+  }
+  if (taken > 0) pose = probe_pose(rig, result.readings, options);
+  if (!pose) return tl::unexpected(pose.error());
+  result.pose = *pose;
+  return result;
+}
+
+}  // namespace crumple

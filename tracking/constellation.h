@@ -1,0 +1,42 @@
+// From lights that blink to LEDs of the rig: where one word blinks at several places of a tracker's image (an LED and
+// its reflection in a panel), the pose that the other LEDs give says which place is the LED's.
+//
+// A candidate is taken where its pixel agrees with the one predicted (the squared difference over the variance of both
+// below the gate) and no other of the same word does. The rest is refused, in words. Nothing is guessed: where the LEDs
+// without doubt give no pose, all candidates are refused, and so is the station.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "solvers/expected.h"
+#include "tracking/identify.h"
+#include "tracking/led_reading.h"
+#include "tracking/probe_pose.h"
+
+namespace crumple {
+
+struct TrackerLights {
+  std::size_t sensor = 0;  // of the rig
+  Identification lights;
+};
+
+struct RefusedLight {
+  std::size_t sensor = 0;
+  Light light;
+  std::string reason;
+};
+
+struct Constellation {
+  ProbePose pose;                     // from all readings below
+  LedReadings readings;               // one per tracker, in the order given; LEDs by their index in the rig
+  std::vector<RefusedLight> refused;  // by identification, and candidates not taken
+};
+
+// `led_of_word` gives the rig's index of the LED that blinks each word of the code. Fails where a pose fails.
+Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
+                                             const std::vector<std::size_t>& led_of_word,
+                                             const ProbePoseOptions& options = {});
+
+}  // namespace crumple
