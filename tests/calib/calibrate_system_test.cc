@@ -1,0 +1,101 @@
+// A whole system from nothing but observations: closed forms over the graph of who sees what, then the joint
+// refinement.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/calibrate.h"
+#include "tests/calib/made_system_data.h"
+
+namespace crumple {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr CalibrationOptions kFlat{.warp = WarpChoice::off};
+
+struct SystemCase {
+  const char* name;
+  MadeSystemOptions options;
+};
+
+class CalibrateSystem : public testing::TestWithParam<SystemCase> {};
+
+TEST_P(CalibrateSystem, RecoversTheTruthFromNoiseFreeObservations) {
+  MadeSystemOptions options = GetParam().options;
+  options.led_sigma_px = options.corner_sigma_px = options.stripe_sigma_px = 0;
+  const MadeSystem made = make_system(options);
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  for (std::size_t s = 0; s < made.truth.rig.sensors.size(); ++s) {
+    const Sensor& truth = made.truth.rig.sensors[s];
+    const Sensor& sensor = found->bundle.state.rig.sensors[s];
+    EXPECT_EQ(sensor.mount, truth.mount);
+    EXPECT_LT(local_step(truth.sensor_from_mount, sensor.sensor_from_mount).norm(), 1e-4) << truth.name;
+  }
+  for (std::size_t l = 0; l < made.truth.rig.leds.size(); ++l) {
+    EXPECT_LT((found->bundle.state.rig.leds[l].position_mm - made.truth.rig.leds[l].position_mm).norm(), 1e-4) << l;
+  }
+  for (std::size_t s = 0; s < made.truth.world_from_probe.size(); ++s) {
+    EXPECT_LT(local_step(made.truth.world_from_probe[s], found->bundle.state.world_from_probe[s]).norm(), 1e-4) << s;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    AnyPart, CalibrateSystem,
+    testing::Values(SystemCase{"Whole", {.stations = 12, .placements = 2}},
+                    SystemCase{"FourTrackersAndAWand",
+                               {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}}),
+    [](const auto& info) { return info.param.name; });
+
+// Wand stations and those whose board the probe sees meet in one world.
+TEST(CalibrateSystemStart, StagesAreNearAndTheJointRefinementFitsBetter) {
+  const MadeSystem made = make_system({.projector = false, .stations = 15, .seed = 4});
+  const CalibrationData data = data_of(made);
+  const auto closed = closed_forms(data, kFlat.bundle);
+  ASSERT_TRUE(closed) << closed.error().message;
+  const auto stages = stage_by_stage(data, kFlat);
+  ASSERT_TRUE(stages) << stages.error().message;
+  const auto joint = calibrate(data, kFlat);
+  ASSERT_TRUE(joint) << joint.error().message;
+  const auto led_error_mm = [&](const CalibrationState& state) {
+    double sum = 0;
+    for (std::size_t l = 0; l < made.truth.rig.leds.size(); ++l) {
+      sum += (state.rig.leds[l].position_mm - made.truth.rig.leds[l].position_mm).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(made.truth.rig.leds.size()));
+  };
+  EXPECT_LT(led_error_mm(*closed), 40);
+  EXPECT_LT(led_error_mm(*stages), 4);
+  EXPECT_LT(led_error_mm(joint->bundle.state), led_error_mm(*stages));
+}
+
+TEST(CalibrateSystemStart, ParallelAxesAreRefusedByName) {
+  MadeSystem made = make_system({.projector = false, .stations = 8, .turn_deg = 0});
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("hand and eye"));
+}
+
+TEST(CalibrateSystemStart, AStationThatNothingPosesIsNamed) {
+  MadeSystem made = make_system({.projector = false, .stations = 8, .wand_stations = 1});
+  auto& leds = made.observations.leds;
+  for (LedView& view : leds) {
+    if (view.station != 8U) continue;
+    view.leds.resize(2);
+    view.pixels.resize(2);
+  }
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("station_8"));
+}
+
+TEST(CalibrateSystemStart, ATrackerWithoutBoardsIsNamed) {
+  MadeSystem made = make_system({.projector = false, .stations = 8});
+  std::erase_if(made.observations.corners, [](const CornerView& view) { return view.sensor == 2; });
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("track1"));
+}
+
+}  // namespace
+}  // namespace crumple
