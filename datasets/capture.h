@@ -34,7 +34,7 @@ struct CaptureSensor {
 // A light that blinks for the cameras fixed to the world.
 struct CaptureLed {
   std::string name;
-  std::string word;  // '1' where it is lit, '0' where dark, one character a time step, repeated; of one length for all
+  std::string word;  // '1' where it is lit, '0' where dark, one a time step, over and over; of one length for all
   Mount mount = Mount::probe;
   std::optional<Eigen::Vector3d> nominal_mm = {};  // where it should be, in its mount's frame
 };
