@@ -1,6 +1,7 @@
 #include "datasets/capture.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -33,6 +34,12 @@ std::string joined_errors(const std::vector<Finding>& findings) {
   return count > 5 ? fmt::format("{}\nand {} more errors", text, count - 5) : text;
 }
 
+std::optional<std::size_t> first_of(FrameContent::Kind kind, const std::vector<FrameContent>& frames) {
+  const auto found = std::find_if(frames.begin(), frames.end(), [&](const auto& f) { return f.kind == kind; });
+  if (found == frames.end()) return {};
+  return static_cast<std::size_t>(std::distance(frames.begin(), found));
+}
+
 // A capture's folder, or its bag, may stand for the description in it.
 std::filesystem::path description_in(const std::filesystem::path& path) {
   std::error_code failure;
@@ -60,10 +67,25 @@ std::optional<Exclusion> Capture::exclusion(const std::string& station_id, const
   return {};
 }
 
-std::optional<std::size_t> Capture::find_frame(FrameContent::Kind kind) const {
-  const auto found = std::find_if(frames.begin(), frames.end(), [&](const auto& f) { return f.kind == kind; });
-  if (found == frames.end()) return {};
-  return static_cast<std::size_t>(found - frames.begin());
+std::optional<std::size_t> Capture::find_frame(FrameContent::Kind kind) const { return first_of(kind, frames); }
+
+std::optional<std::size_t> Capture::find_frame(FrameContent::Kind kind, const std::string& camera) const {
+  return first_of(kind, frames_of(camera));
+}
+
+const std::vector<FrameContent>& Capture::frames_of(const std::string& camera) const {
+  static const std::vector<FrameContent> ambient = {FrameContent{}};
+  const CaptureSensor* known = sensor(camera);
+  if (known != nullptr && known->mount == Mount::world) return tracker_frames;
+  return known != nullptr && known->ambient_only ? ambient : frames;
+}
+
+bool Capture::sees_patterns(const std::string& camera) const { return &frames_of(camera) == &frames; }
+
+bool Capture::took_images(const std::string& camera, const Station& at) const {
+  const CaptureSensor* known = sensor(camera);
+  if (known == nullptr || known->kind != SensorKind::camera) return false;
+  return known->mount == Mount::world ? at.trackers : at.scan;
 }
 
 std::filesystem::path Capture::image_file(const std::string& camera, const std::string& station_id,
@@ -76,9 +98,10 @@ std::filesystem::path Capture::image_file(const std::string& camera, const std::
   FileTemplateValues values;
   values.station = known != nullptr && !known->name_in_files.empty() ? known->name_in_files : station_id;
   values.sensor = camera;
-  values.frame =
-      naming->second.frame_offset + (frame < frame_numbers.size() ? frame_numbers[frame] : static_cast<int>(frame));
-  values.frame_name = frame < frame_names.size() ? frame_names[frame] : "";
+  const bool listed = sees_patterns(camera);
+  const bool numbered = listed && frame < frame_numbers.size();
+  values.frame = naming->second.frame_offset + (numbered ? frame_numbers[frame] : static_cast<int>(frame));
+  values.frame_name = listed && frame < frame_names.size() ? frame_names[frame] : "";
   return images / parsed->expand(values);
 }
 
@@ -86,8 +109,8 @@ std::vector<std::filesystem::path> capture_files(const Capture& capture) {
   std::vector<std::filesystem::path> files{capture.description};
   for (const Station& station : capture.stations) {
     for (const CaptureSensor& sensor : capture.sensors) {
-      if (sensor.kind != SensorKind::camera) continue;
-      for (std::size_t frame = 0; frame < capture.frames.size(); ++frame) {
+      if (!capture.took_images(sensor.name, station)) continue;
+      for (std::size_t frame = 0; frame < capture.frames_of(sensor.name).size(); ++frame) {
         const std::filesystem::path file = capture.image_file(sensor.name, station.id, frame);
         std::error_code unreadable;
         if (std::filesystem::exists(file, unreadable)) files.push_back(file);
@@ -110,6 +133,8 @@ std::string frame_words(const FrameContent& content) {
     case Kind::stripes:
       return fmt::format("{}bit {} of orientation {}", content.inverted ? "the inverse of " : "", content.bit,
                          content.orientation);
+    case Kind::leds:
+      return fmt::format("step {} of the blinking", content.step);
   }
   return {};
 }
@@ -173,7 +198,7 @@ Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& came
   auto image = read_frame(capture, camera, station, frame);
   if (!image) return image;
   const std::string name = capture.image_file(camera, station, frame).string();
-  const std::vector<ShownFrame> shown = {{capture.frames[frame], name, *image}};
+  const std::vector<ShownFrame> shown = {{capture.frames_of(camera)[frame], name, *image}};
   const std::vector<Finding> findings =
       check_exposure(shown, full_scale_of(shown), fmt::format("station {}, camera {}", station, camera));
   if (has_error(findings)) return fail(joined_errors(findings));
@@ -181,11 +206,11 @@ Expected<cv::Mat> read_lit_frame(const Capture& capture, const std::string& came
 }
 
 Expected<cv::Mat> read_board_image(const Capture& capture, const std::string& camera, const std::string& station) {
-  auto frame = capture.find_frame(Kind::white);
-  if (!frame) frame = capture.find_frame(Kind::ambient);
+  auto frame = capture.find_frame(Kind::white, camera);
+  if (!frame) frame = capture.find_frame(Kind::ambient, camera);
   if (!frame) {
-    return fail(fmt::format("{} has neither a white nor an ambient frame to look for the board in",
-                            capture.description.string()));
+    return fail(fmt::format("{} has neither a white nor an ambient frame of camera {} to look for the board in",
+                            capture.description.string(), camera));
   }
   return read_lit_frame(capture, camera, station, *frame);
 }
@@ -194,6 +219,9 @@ Expected<StripeImages> read_stripe_images(const Capture& capture, const std::str
                                           const std::string& station) {
   const auto sensor = find_camera(capture, camera);
   if (!sensor) return tl::unexpected(sensor.error());
+  if (!capture.sees_patterns(camera)) {
+    return fail(fmt::format("{}: camera {} takes no images of the stripes", capture.description.string(), camera));
+  }
   if (!capture.projector || capture.orientations.empty()) {
     return fail(fmt::format("{} describes no stripe patterns: add `patterns` and list them in `frames`",
                             capture.description.string()));

@@ -27,6 +27,16 @@ struct CaptureSensor {
   std::string lens_model;                        // LENSMODEL_OPENCV5 unless capture.yaml says otherwise
   ColourEncoding colour = ColourEncoding::srgb;  // how a camera's colour images become grey
   std::string serial = {};                       // for the record
+  Mount mount = Mount::probe;
+  bool ambient_only = false;  // a probe camera that takes one ambient image at a station, as a thermal camera does
+};
+
+// A light that blinks for the cameras fixed to the world.
+struct CaptureLed {
+  std::string name;
+  std::string word;  // '1' where it is lit, '0' where dark, one a time step, over and over; of one length for all
+  Mount mount = Mount::probe;
+  std::optional<Eigen::Vector3d> nominal_mm = {};  // where it should be, in its mount's frame
 };
 
 // How a camera's files are named: a path below the image folder with {station}, {sensor}, {frame} or {frame:02}, and
@@ -38,17 +48,22 @@ struct FileNaming {
 
 // What the projector showed while a frame was taken.
 struct FrameContent {
-  enum class Kind { ambient, white, black, stripes, chessboard };
+  enum class Kind { ambient, white, black, stripes, chessboard, leds };
   Kind kind = Kind::ambient;    // ambient: no projector involved, such as a plain board image
   std::size_t orientation = 0;  // stripes: index into Capture::orientations
   int bit = 0;                  // stripes: 0 is the most significant
   bool inverted = false;        // stripes
+  std::size_t step = 0;         // leds: the time step of the blinking sequence, from 0
 };
 
 struct Station {
   std::string id;
-  std::vector<std::size_t> boards;  // in view, each at a placement of its own: into Capture::boards
+  std::vector<std::size_t> boards;  // in view: into Capture::boards
   std::string name_in_files;        // what {station} stands for; empty: the id
+  // Stations of the same placement see the boards at the same place in the world; empty: a placement of its own.
+  std::string placement = {};
+  bool scan = true;      // false: no images by what the probe carries
+  bool trackers = true;  // false: no images by the cameras fixed to the world
 };
 
 struct Exclusion {
@@ -65,7 +80,7 @@ struct CaptureRecord {
 };
 
 struct Capture {
-  int schema = 0;                     // of the description: crumple-capture/1 or /2
+  int schema = 0;                     // of the description: crumple-capture/1, /2 or /3
   std::filesystem::path description;  // the capture.yaml it was read from
   std::filesystem::path images;       // the folder that file names are relative to
   std::string title;
@@ -78,6 +93,8 @@ struct Capture {
   std::vector<FrameContent> frames;      // in the order they were taken, without the unused ones
   std::vector<int> frame_numbers;        // of each frame, before the offset; empty: 0, 1, 2...
   std::vector<std::string> frame_names;  // of each frame, for {frame_name}; may be empty
+  std::vector<CaptureLed> leds;
+  std::vector<FrameContent> tracker_frames;  // of the cameras fixed to the world: ambient and leds, numbered from 0
   std::vector<Station> stations;
   std::map<std::string, FileNaming> files;  // camera name -> its files
   std::vector<Exclusion> excluded;
@@ -86,15 +103,23 @@ struct Capture {
   const Station* station(const std::string& id) const;
   // The exclusion that covers this sensor (or, by an empty name, all sensors) at this station.
   std::optional<Exclusion> exclusion(const std::string& station, const std::string& sensor) const;
-  // The first frame that shows this (kind other than stripes).
+  // The first frame of `frames` that shows this (kind other than stripes).
   std::optional<std::size_t> find_frame(FrameContent::Kind kind) const;
+
+  // What a camera's images at a station show, in order: `frames`, or `tracker_frames` where it is fixed to the world,
+  // or one ambient image. Frames are counted in this list wherever a camera is named beside them.
+  const std::vector<FrameContent>& frames_of(const std::string& camera) const;
+  std::optional<std::size_t> find_frame(FrameContent::Kind kind, const std::string& camera) const;
+  bool sees_patterns(const std::string& camera) const;  // whether that list is `frames`
+  // Whether the camera took images there: not at a station without a scan, or without trackers.
+  bool took_images(const std::string& camera, const Station& station) const;
   std::filesystem::path image_file(const std::string& camera, const std::string& station, std::size_t frame) const;
 };
 
 // The description and every image it speaks of that exists: what a run that used the capture depends on.
 std::vector<std::filesystem::path> capture_files(const Capture& capture);
 
-// Says what a frame shows: "the white frame", "bit 3 of orientation 0, inverted".
+// Says what a frame shows: "white", "the inverse of bit 3 of orientation 0", "step 7 of the blinking".
 std::string frame_words(const FrameContent& content);
 
 // Validates a description's text; `images` is as written there. Errors name the file, line and column.

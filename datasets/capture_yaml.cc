@@ -13,6 +13,7 @@
 #include "datasets/file_template.h"
 #include "datasets/frame_list.h"
 #include "datasets/target_yaml.h"
+#include "datasets/tracker_yaml.h"
 #include "datasets/yaml_reader.h"
 #include "datasets/yaml_values.h"
 
@@ -21,12 +22,22 @@ namespace {
 
 constexpr std::size_t kMostImages = 1000000;  // of one camera
 
-// Every version that was ever written is read. Version 2 added keys and changed none, so a description of version 1 is
-// one of version 2; it must not use the newer keys, for its version says which programs understand it.
-const std::vector<std::string> kSchemas = {"crumple-capture/2", "crumple-capture/1"};  // the newest first
+// Every version that was ever written is read. Versions add keys and change none, so a description of version 1 is one
+// of version 3; it must not use the newer keys, for its version says which programs understand it.
+const std::vector<std::string> kSchemas = {"crumple-capture/3", "crumple-capture/2",
+                                           "crumple-capture/1"};  // the newest first
 
 // Where each camera's `files` stands, for what can only be checked once frames and stations are known.
 using FilesValues = std::map<std::string, YamlValue>;
+
+// A key of version 3. Beside no schema at all, that is the one problem worth stating.
+std::optional<YamlValue> find_new(YamlMap& map, const std::string& key, const Capture& capture) {
+  auto value = map.find(key);
+  if (value && capture.schema != 0 && capture.schema < 3) {
+    value->problem(fmt::format("is new in {0}: write `schema: {0}`", kSchemas.front()));
+  }
+  return value;
+}
 
 FileNaming read_naming(const std::string& camera, YamlMap& map, FilesValues& files_values) {
   FileNaming naming;
@@ -58,7 +69,14 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
       lens->problem(fmt::format("must be one of {}, not `{}`", lens_model_choices(), sensor.lens_model));
     }
   }
+  sensor.mount = read_mount(find_new(map, "mount", capture));
   if (sensor.kind == SensorKind::camera) {
+    if (const auto ambient_only = find_new(map, "ambient_only", capture)) {
+      sensor.ambient_only = ambient_only->boolean();
+      if (sensor.ambient_only && sensor.mount == Mount::world) {
+        ambient_only->problem("is for cameras on the probe: those fixed to the world have `tracker_frames`");
+      }
+    }
     capture.files[name] = read_naming(name, map, files_values);
     if (const auto colour = map.find("colour")) {
       sensor.colour = colour->one_of({"srgb", "linear"}) == "srgb" ? ColourEncoding::srgb : ColourEncoding::linear;
@@ -118,6 +136,29 @@ void read_patterns(const YamlValue& value, Capture& capture) {
   map.finish();
 }
 
+// What the cameras fixed to the world take, and what the probe's do: each list is needed where there are such cameras.
+void read_frame_lists(YamlMap& map, Capture& capture) {
+  const auto any = [&](Mount mount) {
+    return std::any_of(capture.sensors.begin(), capture.sensors.end(), [&](const CaptureSensor& sensor) {
+      return sensor.kind == SensorKind::camera && sensor.mount == mount && !sensor.ambient_only;
+    });
+  };
+  if (const auto leds = find_new(map, "leds", capture)) capture.leds = read_capture_leds(*leds);
+  const auto trackers = find_new(map, "tracker_frames", capture);
+  if (trackers) {
+    capture.tracker_frames = read_tracker_frames(*trackers);
+    if (!any(Mount::world)) trackers->problem("no camera is fixed to the world: give one `mount: world`");
+  } else if (any(Mount::world)) {
+    map.problem("`tracker_frames` is missing: what each image of the cameras fixed to the world shows, in order");
+  }
+  const auto frames = map.find("frames");
+  if (frames) {
+    read_frames(*frames, capture);
+  } else if (any(Mount::probe) || capture.files.empty()) {
+    map.problem("`frames` is missing: what each image of a station shows, in order");
+  }
+}
+
 // `board: false`: none is in view; `boards: [a, b]`: only these are.
 void read_boards_in_view(YamlMap& map, const Capture& capture, Station& station) {
   if (const auto board = map.find("board")) {
@@ -153,6 +194,10 @@ Station read_station(const YamlValue& value, const Capture& capture) {
     YamlMap map = value.map();
     if (const auto id = map.require("id", "the station's name")) station.id = id->text();
     read_boards_in_view(map, capture, station);
+    if (const auto placement = find_new(map, "placement", capture)) station.placement = placement->text();
+    if (const auto scan = find_new(map, "scan", capture)) station.scan = scan->boolean();
+    if (const auto trackers = find_new(map, "trackers", capture)) station.trackers = trackers->boolean();
+    if (!station.scan && !station.trackers) map.problem("has neither a scan nor trackers: leave the station out");
     if (const auto name = map.find("name_in_files")) {
       station.name_in_files = name->text();
       if (!stays_below(station.name_in_files)) name->problem("is a path that stays below the image folder");
@@ -232,15 +277,18 @@ void check_templates(const FilesValues& files_values, const Capture& capture) {
     const FileNaming& naming = capture.files.at(camera);
     const auto parsed = FileTemplate::parse(naming.path_template);
     if (!parsed || naming.path_template.empty()) continue;
+    const std::size_t frame_count = capture.frames_of(camera).size();
     if (capture.stations.size() > 1 && !parsed->uses("station")) {
       value.problem(
           fmt::format("lacks {{station}}, so all {} stations would read the same images", capture.stations.size()));
     }
-    if (capture.frames.size() > 1 && !parsed->uses("frame") && !parsed->uses("frame_name")) {
-      value.problem(fmt::format("lacks {{frame}} or {{frame_name}}, so all {} frames would read the same image",
-                                capture.frames.size()));
+    if (frame_count > 1 && !parsed->uses("frame") && !parsed->uses("frame_name")) {
+      value.problem(
+          fmt::format("lacks {{frame}} or {{frame_name}}, so all {} frames would read the same image", frame_count));
     }
-    if (parsed->uses("frame_name") && capture.frame_names.empty()) {
+    if (parsed->uses("frame_name") && !capture.sees_patterns(camera)) {
+      value.problem("has {frame_name}, but `frame_names` are of the probe's `frames`: use {frame}");
+    } else if (parsed->uses("frame_name") && capture.frame_names.empty()) {
       value.problem("has {frame_name}: list the `frame_names`");
     }
     if (!seen.insert(parsed->expand({"*", camera, naming.frame_offset, "*"})).second) {
@@ -283,17 +331,20 @@ std::string newer_keys(const Capture& capture) {
 void check_image_names(const FilesValues& files_values, const Capture& capture) {
   std::unordered_set<std::string> seen;
   for (const auto& [camera, value] : files_values) {
-    if (capture.stations.size() > kMostImages / capture.frames.size()) {
+    const std::size_t frame_count = capture.frames_of(camera).size();
+    if (capture.stations.size() > kMostImages / frame_count) {
       return value.problem(fmt::format("stands for more than {} images: split the capture", kMostImages));
     }
     const FileNaming& naming = capture.files.at(camera);
     const FileTemplate names = *FileTemplate::parse(naming.path_template);
     for (const Station& station : capture.stations) {
+      if (!capture.took_images(camera, station)) continue;
       const std::string& in_files = station.name_in_files.empty() ? station.id : station.name_in_files;
-      for (std::size_t i = 0; i < capture.frames.size(); ++i) {
-        const std::string frame_name = capture.frame_names.empty() ? "" : capture.frame_names[i];
-        const std::string name =
-            names.expand({in_files, camera, naming.frame_offset + capture.frame_numbers[i], frame_name});
+      for (std::size_t i = 0; i < frame_count; ++i) {
+        const bool listed = capture.sees_patterns(camera);
+        const std::string frame_name = listed && !capture.frame_names.empty() ? capture.frame_names[i] : "";
+        const int number = listed ? capture.frame_numbers[i] : static_cast<int>(i);
+        const std::string name = names.expand({in_files, camera, naming.frame_offset + number, frame_name});
         if (seen.insert(name).second) continue;
         return value.problem(
             fmt::format("names two images {}: set the placeholders apart, as in {{station}}_{{frame}}", name));
@@ -316,9 +367,7 @@ FilesValues read_root(const YamlValue& root, Capture& capture) {
   const FilesValues files_values = sensors ? read_sensors(*sensors, capture) : FilesValues{};
   read_boards(map, capture);
   if (const auto patterns = map.find("patterns")) read_patterns(*patterns, capture);
-  if (const auto frames = map.require("frames", "what each image of a station shows, in order")) {
-    read_frames(*frames, capture);
-  }
+  read_frame_lists(map, capture);
   if (const auto names = map.find("frame_names")) read_frame_names(*names, capture);
   if (const auto stations = map.require("stations", "the ids of the stations, in order")) {
     read_stations(*stations, capture);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <map>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -25,7 +27,7 @@ std::string where_of(const std::string& camera, const std::string& station) {
 // Each reader takes every second frame and writes to places of its own.
 std::vector<Expected<cv::Mat>> read_frames_in_parallel(const Capture& capture, const std::string& camera,
                                                        const std::string& station) {
-  std::vector<Expected<cv::Mat>> images(capture.frames.size());
+  std::vector<Expected<cv::Mat>> images(capture.frames_of(camera).size());
   std::array<std::thread, kReaders> readers;
   for (std::size_t reader = 0; reader < kReaders; ++reader) {
     readers[reader] = std::thread([&, reader] {
@@ -77,7 +79,7 @@ void check_exclusions(const Capture& capture, std::vector<Finding>& findings) {
   for (const auto& files : capture.files) {
     const std::string& camera = files.first;
     const bool all = std::all_of(capture.stations.begin(), capture.stations.end(), [&](const Station& station) {
-      return capture.exclusion(station.id, camera).has_value();
+      return !capture.took_images(camera, station) || capture.exclusion(station.id, camera).has_value();
     });
     if (all) {
       findings.push_back({Severity::error, "camera " + camera, "every station is excluded: nothing is left to use"});
@@ -87,11 +89,12 @@ void check_exclusions(const Capture& capture, std::vector<Finding>& findings) {
 
 std::vector<Finding> check_station_board(const Capture& capture, const std::string& camera, const Station& station,
                                          const StationFrames& frames) {
-  if (station.boards.empty()) return {};
+  // A tracker looks after the LEDs; whether it sees a board as well is no fault of the capture.
+  if (station.boards.empty() || capture.sensor(camera)->mount == Mount::world) return {};
   std::vector<ShownFrame> shown;
   for (std::size_t i = 0; i < frames.images.size(); ++i) {
     const std::string name = capture.image_file(camera, station.id, i).filename().string();
-    shown.push_back({capture.frames[i], name, frames.images[i]});
+    shown.push_back({capture.frames_of(camera)[i], name, frames.images[i]});
   }
   std::vector<Finding> findings;
   for (const std::size_t b : station.boards) {
@@ -99,6 +102,31 @@ std::vector<Finding> check_station_board(const Capture& capture, const std::stri
     std::string where = where_of(camera, station.id);
     if (capture.boards.size() > 1) where += ", " + board.name;
     for (const Finding& finding : check_board(shown, board, full_scale_of(shown), where)) findings.push_back(finding);
+  }
+  return findings;
+}
+
+// An image of the blinking sequence that was never written is an erasure, which words are long enough to bear; all of
+// them missing is a mistake.
+std::vector<Finding> unreadable_frames(const Capture& capture, const std::string& camera, const std::string& station,
+                                       const std::vector<Expected<cv::Mat>>& read) {
+  const std::string where = where_of(camera, station);
+  const std::vector<FrameContent>& contents = capture.frames_of(camera);
+  std::vector<Finding> findings;
+  std::size_t blinking = 0;
+  std::size_t missing = 0;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const bool of_leds = contents[i].kind == FrameContent::Kind::leds;
+    blinking += of_leds ? 1 : 0;
+    if (read[i]) continue;
+    std::error_code unknown;
+    const bool erased = of_leds && !std::filesystem::exists(capture.image_file(camera, station, i), unknown);
+    missing += erased ? 1 : 0;
+    findings.push_back({erased ? Severity::warning : Severity::error, where, read[i].error().message});
+  }
+  if (blinking > 0 && missing == blinking) {
+    findings.push_back({Severity::error, where,
+                        "has no image of the blinking sequence: say `trackers: false` at the station, or exclude it"});
   }
   return findings;
 }
@@ -115,15 +143,15 @@ StationFrames check_station(const Capture& capture, const std::string& camera, c
   const std::string where = where_of(camera, station);
   std::vector<ShownFrame> frames;
   const std::vector<Expected<cv::Mat>> read = read_frames_in_parallel(capture, camera, station);
+  result.findings = unreadable_frames(capture, camera, station, read);
   for (std::size_t i = 0; i < read.size(); ++i) {
-    if (!read[i]) result.findings.push_back({Severity::error, where, read[i].error().message});
-    frames.push_back({capture.frames[i], capture.image_file(camera, station, i).filename().string(),
+    frames.push_back({capture.frames_of(camera)[i], capture.image_file(camera, station, i).filename().string(),
                       read[i] ? *read[i] : cv::Mat()});
   }
   check_depths(frames, where, result.findings);
   const double full_scale = full_scale_of(frames);
   for (const Finding& finding : check_exposure(frames, full_scale, where)) result.findings.push_back(finding);
-  if (capture.projector) {
+  if (capture.projector && capture.sees_patterns(camera)) {
     const SequenceSetup setup{capture.orientations, capture.sensor(*capture.projector)->size, full_scale, where};
     for (const Finding& finding : check_sequence(frames, setup)) result.findings.push_back(finding);
     // Frames in the wrong places would pass for motion.
@@ -141,7 +169,7 @@ std::vector<Finding> check_capture(const Capture& capture) {
   for (const auto& sensor : capture.sensors) {
     std::map<std::uint64_t, std::string> station_of_fingerprint;
     for (const Station& station : capture.stations) {
-      if (sensor.kind != SensorKind::camera || capture.exclusion(station.id, sensor.name)) continue;
+      if (!capture.took_images(sensor.name, station) || capture.exclusion(station.id, sensor.name)) continue;
       const StationFrames frames = check_station(capture, sensor.name, station.id);
       findings.insert(findings.end(), frames.findings.begin(), frames.findings.end());
       if (!has_images(frames.images)) continue;

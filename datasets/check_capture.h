@@ -14,7 +14,7 @@
 namespace crumple {
 
 struct StationFrames {
-  std::vector<cv::Mat> images;  // one per frame of the capture; empty where it could not be used
+  std::vector<cv::Mat> images;  // one per frame of the camera; empty where it could not be used
   std::vector<Finding> findings;
 };
 

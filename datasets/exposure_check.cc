@@ -40,7 +40,7 @@ double saturated_share(const cv::Mat& image, double full_scale) {
 }
 
 // A stripe frame may be dark where the camera sees few stripes; whether it should be is the sequence's matter.
-bool must_be_lit(Kind kind) { return kind != Kind::black && kind != Kind::stripes; }
+bool must_be_lit(Kind kind) { return kind != Kind::black && kind != Kind::stripes && kind != Kind::leds; }
 
 }  // namespace
 

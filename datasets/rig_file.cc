@@ -1,5 +1,6 @@
 #include "datasets/rig_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -11,6 +12,7 @@
 #include "datasets/npy_file.h"
 #include "datasets/output_folder.h"
 #include "datasets/pose_yaml.h"
+#include "datasets/tracker_yaml.h"
 #include "datasets/yaml_reader.h"
 #include "datasets/yaml_text.h"
 #include "datasets/yaml_values.h"
@@ -19,22 +21,37 @@ namespace crumple {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kRigSchema = "crumple-rig/1";
+// Version 2 adds LEDs and sensors fixed to the world; a rig without either is written as version 1.
+const std::vector<std::string> kRigSchemas = {"crumple-rig/2", "crumple-rig/1"};
 constexpr const char* description_name = "rig.yaml";
 constexpr const char* covariance_name = "covariance.npy";
 
 // Rounding between a quaternion and the rotation vector in the .cameramodel.
 constexpr double rounding = 1e-9;
 
+bool needs_version_2(const Rig& rig) {
+  return !rig.leds.empty() || std::any_of(rig.sensors.begin(), rig.sensors.end(),
+                                          [](const Sensor& sensor) { return sensor.mount == Mount::world; });
+}
+
+const char* pose_key(Mount mount) { return mount == Mount::world ? "sensor_from_world" : "sensor_from_probe"; }
+
 std::string description(const Rig& rig) {
-  std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", kRigSchema);
+  const std::string& schema = needs_version_2(rig) ? kRigSchemas.front() : kRigSchemas.back();
+  std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", schema);
   for (const Sensor& sensor : rig.sensors) {
     text += fmt::format(
         "  - name: {}\n    kind: {}\n    size_px: [{}, {}]\n    lens_model: {}\n    file: {}\n"
-        "    sensor_from_probe:\n{}",
+        "    {}:\n{}",
         yaml_quoted(sensor.name), sensor.kind == SensorKind::camera ? "camera" : "projector",
         sensor.lens.size().width_px, sensor.lens.size().height_px, sensor.lens.model(),
-        yaml_quoted(sensor.name + ".cameramodel"), pose_yaml(sensor.sensor_from_mount, 6));
+        yaml_quoted(sensor.name + ".cameramodel"), pose_key(sensor.mount), pose_yaml(sensor.sensor_from_mount, 6));
+  }
+  if (!rig.leds.empty()) text += "leds:\n";
+  for (const Led& led : rig.leds) {
+    text += fmt::format("  - {{name: {}, mount: {}, position_mm: [{}, {}, {}]}}\n", yaml_quoted(led.name),
+                        led.mount == Mount::world ? "world" : "probe", led.position_mm.x(), led.position_mm.y(),
+                        led.position_mm.z());
   }
   if (!rig.sigma_px.empty()) text += "sigma_px:\n";
   for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", yaml_quoted(group), sigma_px);
@@ -56,6 +73,15 @@ Expected<void> check_sensor(const Sensor& sensor, std::set<std::string>& names) 
   return {};
 }
 
+Expected<void> check_led(const Led& led, std::set<std::string>& names) {
+  if (!is_plain_name(led.name))
+    return fail(fmt::format("The LED name \"{}\" is unusable: use letters, digits, - and _.", led.name));
+  if (!names.insert(led.name).second)
+    return fail(fmt::format("Two LEDs, or an LED and a sensor, are named {}.", led.name));
+  if (led.position_mm.allFinite()) return {};
+  return fail(fmt::format("LED {} has a number that is not finite; no rig was written.", led.name));
+}
+
 Expected<void> check_covariance(const RigCovariance& covariance) {
   const auto rows = static_cast<Eigen::Index>(covariance.names.size());
   const Eigen::MatrixXd& matrix = covariance.matrix;
@@ -75,6 +101,8 @@ Expected<void> check_rig(const Rig& rig) {
   std::set<std::string> names;
   for (const Sensor& sensor : rig.sensors)
     if (auto sound = check_sensor(sensor, names); !sound) return sound;
+  for (const Led& led : rig.leds)
+    if (auto sound = check_led(led, names); !sound) return sound;
   for (const auto& [group, sigma_px] : rig.sigma_px)
     if (!(sigma_px > 0 && sigma_px < kLargestValue)) return fail(fmt::format("sigma of {} is {} px.", group, sigma_px));
   if (auto sound = check_covariance(rig.covariance); !sound)
@@ -90,9 +118,10 @@ struct SensorEntry {
   std::string lens_model;
   std::string file;
   Pose sensor_from_mount;
+  Mount mount = Mount::probe;
 };
 
-SensorEntry read_sensor(const YamlValue& value) {
+SensorEntry read_sensor(const YamlValue& value, bool version_1) {
   SensorEntry entry;
   YamlMap map = value.map();
   if (const auto name = map.require("name", "of the sensor")) {
@@ -107,10 +136,40 @@ SensorEntry read_sensor(const YamlValue& value) {
     entry.file = file->text();
     if (entry.file.find('/') != std::string::npos) file->problem("must be a file in the rig's own folder");
   }
-  if (const auto pose = map.require("sensor_from_probe", "the sensor's pose"))
-    entry.sensor_from_mount = read_pose(*pose);
+  const auto in_world = map.find(pose_key(Mount::world));
+  const auto on_probe = map.find(pose_key(Mount::probe));
+  if (in_world && version_1) in_world->problem("is new in " + kRigSchemas.front());
+  if (in_world.has_value() == on_probe.has_value())
+    map.problem(
+        "must have `sensor_from_probe`, the sensor's pose, or `sensor_from_world` where it is fixed to the world");
+  if (in_world) entry.mount = Mount::world;
+  if (const auto& pose = in_world ? in_world : on_probe) entry.sensor_from_mount = read_pose(*pose);
   map.finish();
   return entry;
+}
+
+Led read_led(const YamlValue& value) {
+  Led led;
+  YamlMap map = value.map();
+  if (const auto name = map.require("name", "of the LED")) {
+    led.name = name->text();
+    if (!is_plain_name(led.name)) name->problem("must consist of letters, digits, - and _");
+  }
+  led.mount = read_mount(map.require("mount", "probe or world"));
+  if (const auto position = map.require("position_mm", "[x, y, z] in its mount's frame"))
+    led.position_mm = read_vector<3>(*position, -kLargestValue, kLargestValue);
+  map.finish();
+  return led;
+}
+
+std::vector<Led> read_leds(const YamlValue& value) {
+  std::vector<Led> leds;
+  std::set<std::string> names;
+  for (const YamlValue& item : value.list()) {
+    leds.push_back(read_led(item));
+    if (!names.insert(leds.back().name).second) item.problem(fmt::format("two LEDs are named {}", leds.back().name));
+  }
+  return leds;
 }
 
 double read_sigma(const YamlValue& value) {
@@ -121,6 +180,7 @@ double read_sigma(const YamlValue& value) {
 
 struct RigEntries {
   std::vector<SensorEntry> sensors;
+  std::vector<Led> leds;
   std::map<std::string, double> sigma_px;
   std::string covariance_file;
   std::vector<std::string> covariance_rows;
@@ -144,7 +204,9 @@ Expected<RigEntries> read_description(const fs::path& file) {
   YamlProblems problems(file.string());
   RigEntries entries;
   YamlMap map = YamlValue(*root, "", &problems).map();
-  if (const auto found = map.require("schema", kRigSchema)) found->one_of({kRigSchema});
+  bool version_1 = false;
+  if (const auto found = map.require("schema", kRigSchemas.front()))
+    version_1 = found->one_of(kRigSchemas) == kRigSchemas.back();
   if (const auto units = map.require("units", "{length: mm, angle: rad}")) {
     YamlMap unit_map = units->map();
     if (const auto length = unit_map.require("length", "mm")) length->one_of({"mm"});
@@ -152,8 +214,12 @@ Expected<RigEntries> read_description(const fs::path& file) {
     unit_map.finish();
   }
   if (const auto sensors = map.require("sensors", "the list of sensors")) {
-    for (const YamlValue& sensor : sensors->list()) entries.sensors.push_back(read_sensor(sensor));
+    for (const YamlValue& sensor : sensors->list()) entries.sensors.push_back(read_sensor(sensor, version_1));
     if (entries.sensors.empty()) sensors->problem("must list at least one sensor");
+  }
+  if (const auto leds = map.find("leds")) {
+    if (version_1) leds->problem("is new in " + kRigSchemas.front());
+    entries.leds = read_leds(*leds);
   }
   if (const auto sigma = map.find("sigma_px"))
     for (const auto& [group, value] : sigma->map().entries()) entries.sigma_px[group] = read_sigma(value);
@@ -175,7 +241,7 @@ Expected<Sensor> read_lens(const fs::path& folder, const SensorEntry& entry) {
   const Vector6d step = local_step(entry.sensor_from_mount, model->camera_from_reference);
   const double scale = 1 + entry.sensor_from_mount.translation.norm();
   if (step.head<3>().norm() > rounding || step.tail<3>().norm() > rounding * scale) return differs("pose");
-  return Sensor{entry.name, entry.kind, model->lens, entry.sensor_from_mount};
+  return Sensor{entry.name, entry.kind, model->lens, entry.sensor_from_mount, entry.mount};
 }
 
 }  // namespace
@@ -203,6 +269,7 @@ Expected<Rig> read_rig(const fs::path& folder) {
     if (!sensor) return tl::unexpected(sensor.error());
     rig.sensors.push_back(std::move(*sensor));
   }
+  rig.leds = entries->leds;
   rig.sigma_px = entries->sigma_px;
   if (entries->covariance_file.empty()) return rig;
   auto matrix = read_npy(folder / entries->covariance_file);

@@ -1,6 +1,8 @@
 // Rigs on disk: a folder with
-//   rig.yaml           schema crumple-rig/1: sensors with their poses, sigma per group of observations, names of the
-//                      covariance's rows. Lengths mm, angles rad.
+//   rig.yaml           schema crumple-rig/1, or /2 where there are LEDs or sensors fixed to the world: sensors with
+//   their
+//                      poses, LEDs, sigma per group of observations, names of the covariance's rows. Lengths mm, angles
+//                      rad.
 //   SENSOR.cameramodel one per sensor, mrcal's format: the lens, and the pose once more for readers of that format
 //   covariance.npy     where the rig has a covariance
 // What is written is read back exactly: poses as quaternions from rig.yaml, lenses from the .cameramodel files.
@@ -13,8 +15,8 @@
 
 namespace crumple {
 
-// Writes into an existing folder. Fails on sensors without a usable name or with the same one, on a number that is not
-// finite, and where a file cannot be written.
+// Writes into an existing folder. Fails on sensors or LEDs without a usable name or with the same one, on a number that
+// is not finite, and where a file cannot be written.
 Expected<void> write_rig(const std::filesystem::path& folder, const Rig& rig);
 
 // Fails, naming file, line and key, on a missing or damaged file, an unknown schema or key, a quaternion that is not of

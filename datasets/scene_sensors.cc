@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "datasets/scene_values.h"
+#include "datasets/tracker_yaml.h"
 #include "datasets/yaml_values.h"
 
 namespace crumple {
@@ -73,7 +74,7 @@ Emitter read_emitter(YamlMap& map) {
   return emitter;
 }
 
-void read_sensor(const std::string& name, const YamlValue& value, Scene& scene) {
+void read_scene_sensor(const std::string& name, const YamlValue& value, int schema, Scene& scene) {
   if (!is_plain_name(name)) value.problem("a sensor's name is made of letters, digits, _ and -");
   YamlMap map = value.map();
   Sensor sensor{name, SensorKind::camera, placeholder_lens(), {}};
@@ -83,9 +84,14 @@ void read_sensor(const std::string& name, const YamlValue& value, Scene& scene) 
   const ImageSize size = read_size_px(map);
   if (const auto lens = map.require("lens", "{focal_px: [x, y], centre_px: [x, y]}"))
     sensor.lens = read_lens(*lens, size);
+  sensor.mount = read_mount(find_new_in_scene_2(map, "mount", schema));
   sensor.sensor_from_mount = read_place(map).inverse();
   const Optics optics = read_optics(map);
-  if (sensor.kind == SensorKind::camera) {
+  if (sensor.kind == SensorKind::camera && sensor.mount == Mount::world) {
+    scene.tracking.trackers.push_back({std::move(sensor), optics, read_detector(map)});
+  } else if (sensor.mount == Mount::world) {
+    value.problem("a projector is on the probe: leave out `mount: world`");
+  } else if (sensor.kind == SensorKind::camera) {
     scene.cameras.push_back({std::move(sensor), optics, read_detector(map)});
   } else if (scene.projector) {
     value.problem("a scene has one projector at most");
@@ -95,16 +101,24 @@ void read_sensor(const std::string& name, const YamlValue& value, Scene& scene) 
   map.finish();
 }
 
+bool is_placed(const std::vector<SceneCamera>& cameras) {
+  if (cameras.empty()) return false;
+  const Pose& first = cameras.front().sensor.sensor_from_mount;
+  return !first.translation.isZero() || !rotation_vector(first.rotation).isZero();
+}
+
 }  // namespace
 
-void read_scene_sensors(const YamlValue& value, Scene& scene) {
+void read_scene_sensors(const YamlValue& value, int schema, Scene& scene) {
   YamlMap map = value.map();
-  for (const auto& [name, sensor] : map.entries()) read_sensor(name, sensor, scene);
-  if (scene.cameras.empty()) return value.problem("at least one camera is needed");
-  const Pose& first = scene.cameras.front().sensor.sensor_from_mount;
-  const bool at_probe = first.translation.isZero() && rotation_vector(first.rotation).isZero();
-  if (!at_probe)
+  for (const auto& [name, sensor] : map.entries()) read_scene_sensor(name, sensor, schema, scene);
+  if (scene.cameras.empty() && scene.tracking.trackers.empty()) value.problem("at least one camera is needed");
+  if (is_placed(scene.cameras))
     value.problem("the first camera's frame is the probe frame: leave out its position_mm and rotation_deg");
+  if (is_placed(scene.tracking.trackers))
+    value.problem(
+        "the frame of the first camera with `mount: world` is the world frame: leave out its position_mm and "
+        "rotation_deg");
 }
 
 }  // namespace crumple

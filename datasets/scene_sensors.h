@@ -6,7 +6,7 @@
 
 namespace crumple {
 
-// Fills the scene's cameras and projector; problems go to `value`.
-void read_scene_sensors(const YamlValue& value, Scene& scene);
+// Fills the scene's cameras, projector and trackers; problems go to `value`.
+void read_scene_sensors(const YamlValue& value, int schema, Scene& scene);
 
 }  // namespace crumple

@@ -11,6 +11,12 @@ constexpr double kFurthestPosition_mm = 1e5;
 
 }  // namespace
 
+std::optional<YamlValue> find_new_in_scene_2(YamlMap& map, const std::string& key, int schema) {
+  auto value = map.find(key);
+  if (value && schema < 2) value->problem("is new in crumple-scene/2: write `schema: crumple-scene/2`");
+  return value;
+}
+
 Pose read_place(YamlMap& map) {
   Pose pose;
   if (const auto position = map.find("position_mm")) {

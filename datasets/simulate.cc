@@ -2,6 +2,7 @@
 
 #include <mutex>
 #include <system_error>
+#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
@@ -54,6 +55,13 @@ Expected<void> write_depth_maps(const Scene& scene, const Renderer& renderer, st
   return {};
 }
 
+Expected<void> make_folders(const fs::path& station, const std::vector<SceneCamera>& cameras) {
+  for (const SceneCamera& camera : cameras) {
+    if (const auto made = make_folder(station / camera.sensor.name); !made) return made;
+  }
+  return {};
+}
+
 class ProgressCounter {
  public:
   ProgressCounter(const SimulateOptions& options, std::size_t total) : options_(options), total_(total) {}
@@ -72,6 +80,15 @@ class ProgressCounter {
 
 }  // namespace
 
+std::size_t image_count(const Scene& scene) {
+  std::size_t count = 0;
+  for (const SceneStation& station : scene.stations) {
+    if (station.scan) count += scene.cameras.size() * scene.frames.size();
+    if (station.trackers) count += scene.tracking.trackers.size() * scene.tracking.frames.size();
+  }
+  return count;
+}
+
 Expected<void> write_simulated_capture(const Scene& scene, const std::string& scene_text, const fs::path& folder,
                                        const SimulateOptions& options) {
   const auto described = write_file(folder / "capture.yaml", capture_yaml(scene)).and_then([&] {
@@ -79,18 +96,27 @@ Expected<void> write_simulated_capture(const Scene& scene, const std::string& sc
   });
   if (!described) return described;
   const Renderer renderer(scene, options.threads);
-  ProgressCounter progress(options, scene.stations.size() * scene.cameras.size() * scene.frames.size());
+  ProgressCounter progress(options, image_count(scene));
   for (std::size_t station = 0; station < scene.stations.size(); ++station) {
     const std::string& id = scene.stations[station].id;
-    for (const SceneCamera& camera : scene.cameras) {
-      if (const auto made = make_folder(folder / id / camera.sensor.name); !made) return made;
+    const auto writer = [&](const std::vector<SceneCamera>& cameras) {
+      return [&cameras, &folder, &id, &progress](const RenderedFrame& frame) -> Expected<void> {
+        const std::string& camera = cameras[frame.camera].sensor.name;
+        const auto written = write_png(folder / id / camera / fmt::format("{:03}.png", frame.frame), frame.image);
+        if (!written) return tl::unexpected(written.error());
+        progress.count_one();
+        return {};
+      };
+    };
+    if (scene.stations[station].trackers) {
+      const auto rendered = make_folders(folder / id, scene.tracking.trackers).and_then([&] {
+        return renderer.render_trackers(station, writer(scene.tracking.trackers));
+      });
+      if (!rendered) return rendered;
     }
-    const auto rendered = renderer.render_station(station, [&](const RenderedFrame& frame) -> Expected<void> {
-      const std::string& camera = scene.cameras[frame.camera].sensor.name;
-      const auto written = write_png(folder / id / camera / fmt::format("{:03}.png", frame.frame), frame.image);
-      if (!written) return tl::unexpected(written.error());
-      progress.count_one();
-      return {};
+    if (!scene.stations[station].scan) continue;
+    const auto rendered = make_folders(folder / id, scene.cameras).and_then([&] {
+      return renderer.render_station(station, writer(scene.cameras));
     });
     if (!rendered) return rendered;
     if (!options.depth_maps) continue;

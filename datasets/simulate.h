@@ -4,7 +4,8 @@
 //   STATION/SENSOR/FRAME.png            the images, 8 or 16 bit
 //   truth/scene.yaml                    the scene as it was given: surfaces, noise, seed
 //   truth/rig/                          the sensors, as a rig (rig_file.h)
-//   truth/stations.yaml                 probe_from_board or probe_from_panel of every station
+//   truth/stations.yaml                 probe_from_board or probe_from_panel of every station; with trackers
+//                                       world_from_probe, and world_from_board or world_from_panel
 //   truth/STATION/SENSOR_depth.tiff     depth along the camera's z axis in mm, 32-bit float, NaN where nothing is met
 #pragma once
 
@@ -17,6 +18,9 @@
 #include "solvers/expected.h"
 
 namespace crumple {
+
+// The images that a scene makes, those included that chance leaves out.
+std::size_t image_count(const Scene& scene);
 
 struct SimulateOptions {
   int threads = 1;

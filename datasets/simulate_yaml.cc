@@ -1,6 +1,7 @@
 #include "datasets/simulate_yaml.h"
 
 #include <numbers>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -28,6 +29,7 @@ std::string sensors_text(const Scene& scene) {
     text += fmt::format("  {}:\n    kind: {}\n    size_px: [{}, {}]\n    lens: {}\n", yaml_quoted(sensor.name),
                         camera ? "camera" : "projector", sensor.lens.size().width_px, sensor.lens.size().height_px,
                         sensor.lens.model());
+    if (sensor.mount == Mount::world) text += "    mount: world\n";
     if (camera) text += "    files: \"{station}/{sensor}/{frame:03}.png\"\n";
   }
   return text;
@@ -51,9 +53,10 @@ std::string patterns_text(const Scene& scene) {
   return text;
 }
 
-std::string frames_text(const Scene& scene) {
-  std::string text = "frames:\n";
-  for (const FrameContent& frame : scene.frames) {
+std::string frames_text(const std::string& key, const std::vector<FrameContent>& frames) {
+  if (frames.empty()) return {};
+  std::string text = key + ":\n";
+  for (const FrameContent& frame : frames) {
     switch (frame.kind) {
       case Kind::ambient:
         text += "  - ambient\n";
@@ -71,6 +74,9 @@ std::string frames_text(const Scene& scene) {
         text += fmt::format("  - {{orientation: {}, bit: {}, inverse: {}}}\n", frame.orientation, frame.bit,
                             frame.inverted);
         break;
+      case Kind::leds:
+        text += "  - {leds: 1}\n";
+        break;
     }
   }
   return text;
@@ -79,8 +85,42 @@ std::string frames_text(const Scene& scene) {
 std::string stations_text(const Scene& scene) {
   std::string text = "stations:\n";
   for (const SceneStation& station : scene.stations) {
-    const bool stray = scene.board && !station.board;  // a board is described, but it is not here
-    text += fmt::format("  - {{id: {}{}}}\n", yaml_quoted(station.id), stray ? ", board: false" : "");
+    const bool board_here = station.board && station.in_view;
+    text += fmt::format("  - {{id: {}", yaml_quoted(station.id));
+    if (scene.board && !board_here) text += ", board: false";
+    if (!station.placement.empty()) text += fmt::format(", placement: {}", yaml_quoted(station.placement));
+    if (!station.scan) text += ", scan: false";
+    if (!station.trackers) text += ", trackers: false";
+    text += "}\n";
+  }
+  return text;
+}
+
+std::string leds_text(const Scene& scene) {
+  if (scene.tracking.leds.empty()) return {};
+  std::string text = "leds:\n";
+  for (const SceneLed& led : scene.tracking.leds) {
+    text += fmt::format("  {}: {{word: \"{}\"", yaml_quoted(led.led.name), led.word);
+    if (led.led.mount == Mount::world) text += ", mount: world";
+    if (led.nominal_mm) {
+      text += fmt::format(", nominal_mm: [{}, {}, {}]", led.nominal_mm->x(), led.nominal_mm->y(), led.nominal_mm->z());
+    }
+    text += "}\n";
+  }
+  return text;
+}
+
+const char* surface_name(const SceneStation& station) { return station.board ? "board" : "panel"; }
+
+// Of a probe that is moved about: where it is, and where what it sees is.
+std::string tracked_stations_text(const Scene& scene) {
+  std::string text = "stations:\n";
+  for (const SceneStation& station : scene.stations) {
+    text += fmt::format("  - id: {}\n    world_from_probe: {}\n", yaml_quoted(station.id),
+                        pose_text(station.world_from_probe));
+    if (!station.placement.empty()) text += fmt::format("    placement: {}\n", yaml_quoted(station.placement));
+    if (!station.in_view) continue;
+    text += fmt::format("    world_from_{}: {}\n", surface_name(station), pose_text(world_from_surface(station)));
   }
   return text;
 }
@@ -88,24 +128,28 @@ std::string stations_text(const Scene& scene) {
 }  // namespace
 
 std::string capture_yaml(const Scene& scene) {
-  std::string text =
-      fmt::format("schema: crumple-capture/2\ntitle: {}\n", yaml_quoted(scene.name)) + sensors_text(scene);
+  const bool tracked = !scene.tracking.trackers.empty();
+  std::string text = fmt::format("schema: crumple-capture/{}\ntitle: {}\n", tracked ? 3 : 2, yaml_quoted(scene.name)) +
+                     sensors_text(scene);
   if (scene.board) {
     text += fmt::format("board: {{{}}}\n", target_yaml(scene.board->target()));
   }
-  return text + patterns_text(scene) + frames_text(scene) + stations_text(scene);
+  return text + leds_text(scene) + patterns_text(scene) + frames_text("frames", scene.frames) +
+         frames_text("tracker_frames", scene.tracking.frames) + stations_text(scene);
 }
 
 std::string true_stations_yaml(const Scene& scene) {
-  std::string text;
+  const bool tracked = !scene.tracking.trackers.empty();
+  std::string text = tracked ? "schema: crumple-true-stations/2\n" : "";
   if (scene.board) {
     const Eigen::Vector2d& warp = scene.board->board().warp_mm;
     text += fmt::format("board: {{{}, warp_mm: [{}, {}]}}\n", target_yaml(scene.board->target()), warp.x(), warp.y());
   }
+  if (tracked) return text + tracked_stations_text(scene);
   text += "stations:\n";
   for (const SceneStation& station : scene.stations) {
-    text += fmt::format("  - id: {}\n    {}: {}\n", yaml_quoted(station.id),
-                        station.board ? "probe_from_board" : "probe_from_panel", pose_text(station.probe_from_surface));
+    text += fmt::format("  - id: {}\n    probe_from_{}: {}\n", yaml_quoted(station.id), surface_name(station),
+                        pose_text(station.probe_from_surface));
   }
   return text;
 }

@@ -19,32 +19,33 @@ constexpr double trim_sigmas = 5;
 constexpr double sigma_of_mad = 1.4826;
 constexpr std::size_t block_points = 4096;
 
-struct Placed {
+struct TruePlace {
   const Surface* surface;
-  Pose probe_from_surface;
+  Pose cloud_from_surface;
 };
 
-Deviation deviation_of(const CloudPoint& point, const Placed& placed) {
-  const Pose surface_from_probe = placed.probe_from_surface.inverse();
-  const Eigen::Vector3d in_surface = surface_from_probe * point.position_mm;
+Deviation deviation_of(const CloudPoint& point, const TruePlace& placed) {
+  const Eigen::Vector3d in_surface = placed.cloud_from_surface.inverse() * point.position_mm;
   const Eigen::Vector3d nearest = placed.surface->nearest(in_surface);
   const Eigen::Vector3d normal = placed.surface->at(nearest.x(), nearest.y()).normal;
   const Eigen::Vector3d offset = in_surface - nearest;
   Deviation deviation;
   deviation.distance_mm = std::copysign(offset.norm(), offset.dot(normal));
-  deviation.normal = placed.probe_from_surface.rotation * normal;
+  deviation.normal = placed.cloud_from_surface.rotation * normal;
   const double variance = deviation.normal.dot(point.covariance_mm2.cast<double>() * deviation.normal);
   deviation.predicted_mm = std::sqrt(std::max(0.0, variance));
   return deviation;
 }
 
-Expected<std::vector<Placed>> placements(const Cloud& cloud, const Scene& scene) {
-  std::vector<Placed> placed;
+Expected<std::vector<TruePlace>> placements(const Cloud& cloud, const Scene& scene) {
+  std::vector<TruePlace> placed;
   for (const std::string& id : cloud.stations) {
     const auto station = std::find_if(scene.stations.begin(), scene.stations.end(),
                                       [&](const SceneStation& candidate) { return candidate.id == id; });
     if (station == scene.stations.end()) return fail(fmt::format("the truth knows no station {}", id));
-    placed.push_back({&surface_at(scene, *station), station->probe_from_surface});
+    if (!station->in_view) return fail(fmt::format("nothing was in view at station {}", id));
+    const Pose cloud_from_surface = cloud.frame == "world" ? world_from_surface(*station) : station->probe_from_surface;
+    placed.push_back({&surface_at(scene, *station), cloud_from_surface});
   }
   return placed;
 }

@@ -27,8 +27,9 @@ struct Deviation {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // of the surface there, unit, towards the viewer
 };
 
-// One per point. The cloud must be in the probe frame with the scene's first camera as the reference, and its stations
-// named as the scene's. Fails on a station the scene does not have. Same result at any number of threads.
+// One per point. The cloud must be in the probe frame with the scene's first camera as the reference, or say that its
+// frame is "world", that of the scene's first tracker; its stations are named as the scene's. Fails on a station the
+// scene does not have. Same result at any number of threads.
 Expected<std::vector<Deviation>> deviations_from_truth(const Cloud& cloud, const Scene& scene, int threads);
 
 // What the deviations amount to. "Trimmed" leaves out what lies further than five robust sigmas from the median.

@@ -78,7 +78,7 @@ Expected<VerbResult> run_simulate(const VerbContext& context) {
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
 
-  const std::size_t images = scene->stations.size() * scene->cameras.size() * scene->frames.size();
+  const std::size_t images = image_count(*scene);
   {
     Progress progress("rendering", images);
     const SimulateOptions options{thread_count(), FLAGS_overwrite, FLAGS_depth_maps,

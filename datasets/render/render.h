@@ -31,6 +31,9 @@ struct RenderedFrame {
 // The seed of one image's detector noise; `seed` is the scene's own in render_station.
 std::uint64_t noise_seed(std::uint64_t seed, std::size_t station, std::size_t camera, std::size_t frame);
 
+// The seed of an image of a tracker, in streams of their own.
+std::uint64_t tracker_noise_seed(std::uint64_t seed, std::size_t station, std::size_t tracker, std::size_t frame);
+
 // Called from several threads at once, each frame once, in no particular order. An error ends the rendering.
 using FrameSink = std::function<Expected<void>(const RenderedFrame&)>;
 
@@ -44,6 +47,13 @@ class Renderer {
 
   // Same bits at any number of threads.
   Expected<void> render_station(std::size_t station, const FrameSink& sink) const;
+
+  // The trackers' images at a station; `camera` and `frame` of what the sink takes are indices into the scene's
+  // tracking. Images that chance leaves out (led_spots.h) do not reach it.
+  Expected<void> render_trackers(std::size_t station, const FrameSink& sink) const;
+
+  // The light of one of these images before the detector, noise-free.
+  cv::Mat1f tracker_radiance(std::size_t station, std::size_t tracker, std::size_t frame) const;
 
   // The light of every frame before the detector, noise-free: for many noise realisations of what is traced once.
   std::vector<cv::Mat1f> radiances(std::size_t station, std::size_t camera) const;

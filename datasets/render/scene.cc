@@ -1,7 +1,9 @@
 #include "datasets/render/scene.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 
 namespace crumple {
 namespace {
@@ -30,10 +32,15 @@ Rig true_rig(const Scene& scene) {
   Rig rig;
   for (const SceneCamera& camera : scene.cameras) rig.sensors.push_back(camera.sensor);
   if (scene.projector) rig.sensors.push_back(scene.projector->sensor);
+  for (const SceneCamera& tracker : scene.tracking.trackers) rig.sensors.push_back(tracker.sensor);
+  for (const SceneLed& led : scene.tracking.leds) rig.leds.push_back(led.led);
   return rig;
 }
 
+Pose world_from_surface(const SceneStation& station) { return station.world_from_probe * station.probe_from_surface; }
+
 const Surface& surface_at(const Scene& scene, const SceneStation& station) {
+  assert(station.in_view);
   if (station.board) {
     assert(scene.board);
     return *scene.board;
@@ -78,10 +85,10 @@ struct SensorView {
   Pose sensor_from_surface;
   Pose surface_from_sensor;
 
-  SensorView(const Surface& seen, const Sensor& sensor, const Pose& probe_from_surface)
+  SensorView(const Surface& seen, const Sensor& sensor, const Pose& mount_from_surface)
       : surface(seen),
         lens(sensor.lens),
-        sensor_from_surface(sensor.sensor_from_mount * probe_from_surface),
+        sensor_from_surface(sensor.sensor_from_mount * mount_from_surface),
         surface_from_sensor(sensor_from_surface.inverse()) {}
 
   std::optional<Eigen::Vector3d> point_at(const Eigen::Vector2d& pixel) const {
@@ -152,41 +159,109 @@ FeatureView features_seen(const ProjectedChessboard& chessboard, const SensorVie
   return view;
 }
 
+// Numbers the places of the board in the order of the stations.
+class PlacementNumbers {
+ public:
+  std::size_t operator()(const SceneStation& station) {
+    if (station.placement.empty()) return count_++;
+    const auto [known, is_new] = numbers_.emplace(station.placement, count_);
+    if (is_new) ++count_;
+    return known->second;
+  }
+  std::size_t count() const { return count_; }
+
+ private:
+  std::map<std::string, std::size_t> numbers_;
+  std::size_t count_ = 0;
+};
+
+// What the probe's sensors see of the board at one station.
+void add_scan(const Scene& scene, const SceneStation& station, std::size_t placement,
+              std::optional<std::size_t> station_index, int grid_step_px, Observations& observations) {
+  const std::size_t projector_index = scene.cameras.size();
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    const SensorView camera(*scene.board, scene.cameras[i].sensor, station.probe_from_surface);
+    CornerView corners = corners_seen(scene.board->board(), camera);
+    corners.sensor = i;
+    corners.placement = placement;
+    corners.station = station_index;
+    observations.corners.push_back(std::move(corners));
+    if (!scene.projector) continue;
+
+    const SensorView projector(*scene.board, scene.projector->sensor, station.probe_from_surface);
+    const Matches matches = matches_on_grid(camera, projector, grid_step_px);
+    for (const StripeOrientation& orientation : scene.orientations) {
+      StripeView stripes{i, projector_index, placement, orientation.normal(), matches.camera_pixels, {}, station_index};
+      for (const Eigen::Vector2d& pixel : matches.projector_pixels) {
+        stripes.coordinates_px.push_back(orientation.normal().dot(pixel));
+      }
+      observations.stripes.push_back(std::move(stripes));
+    }
+    if (scene.projected_chessboard) {
+      FeatureView features = features_seen(*scene.projected_chessboard, camera, projector);
+      features.projector = projector_index;
+      features.camera = i;
+      features.placement = placement;
+      features.station = station_index;
+      observations.features.push_back(std::move(features));
+    }
+  }
+}
+
+// What the trackers see of the LEDs at one station.
+void add_led_views(const Scene& scene, std::size_t station_index, Observations& observations) {
+  const SceneStation& station = scene.stations[station_index];
+  const Tracking& tracking = scene.tracking;
+  const std::size_t first_tracker = scene.cameras.size() + (scene.projector ? 1 : 0);
+  for (std::size_t t = 0; t < tracking.trackers.size(); ++t) {
+    const Sensor& tracker = tracking.trackers[t].sensor;
+    LedView view{first_tracker + t, {}, {}, station_index};
+    for (std::size_t i = 0; i < tracking.leds.size(); ++i) {
+      const Led& led = tracking.leds[i].led;
+      const Eigen::Vector3d in_world =
+          led.mount == Mount::probe ? station.world_from_probe * led.position_mm : led.position_mm;
+      const auto pixel = tracker.lens.project(tracker.sensor_from_mount * in_world);
+      if (!pixel || !inside(*pixel, tracker.lens.size())) continue;
+      view.leds.push_back(i);
+      view.pixels.push_back(*pixel);
+    }
+    observations.leds.push_back(std::move(view));
+  }
+}
+
+// What the trackers see of the board; once a station, for each takes an image of its own.
+void add_tracker_corners(const Scene& scene, const SceneStation& station, std::size_t placement,
+                         Observations& observations) {
+  const std::size_t first_tracker = scene.cameras.size() + (scene.projector ? 1 : 0);
+  for (std::size_t t = 0; t < scene.tracking.trackers.size(); ++t) {
+    const SensorView tracker(*scene.board, scene.tracking.trackers[t].sensor, world_from_surface(station));
+    CornerView corners = corners_seen(scene.board->board(), tracker);
+    corners.sensor = first_tracker + t;
+    corners.placement = placement;
+    observations.corners.push_back(std::move(corners));
+  }
+}
+
 }  // namespace
 
 Observations ideal_observations(const Scene& scene, int grid_step_px) {
   assert(grid_step_px > 0);
   Observations observations;
-  const std::size_t projector_index = scene.cameras.size();
-  for (const SceneStation& station : scene.stations) {
-    if (!station.board) continue;
-    const std::size_t placement = observations.placement_count++;
-    for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-      const SensorView camera(*scene.board, scene.cameras[i].sensor, station.probe_from_surface);
-      CornerView corners = corners_seen(scene.board->board(), camera);
-      corners.sensor = i;
-      corners.placement = placement;
-      observations.corners.push_back(std::move(corners));
-      if (!scene.projector) continue;
-
-      const SensorView projector(*scene.board, scene.projector->sensor, station.probe_from_surface);
-      const Matches matches = matches_on_grid(camera, projector, grid_step_px);
-      for (const StripeOrientation& orientation : scene.orientations) {
-        StripeView stripes{i, projector_index, placement, orientation.normal(), matches.camera_pixels, {}};
-        for (const Eigen::Vector2d& pixel : matches.projector_pixels) {
-          stripes.coordinates_px.push_back(orientation.normal().dot(pixel));
-        }
-        observations.stripes.push_back(std::move(stripes));
-      }
-      if (scene.projected_chessboard) {
-        FeatureView features = features_seen(*scene.projected_chessboard, camera, projector);
-        features.projector = projector_index;
-        features.camera = i;
-        features.placement = placement;
-        observations.features.push_back(std::move(features));
-      }
-    }
+  PlacementNumbers placements;
+  const bool tracked = !scene.tracking.trackers.empty();
+  const bool boards_in_trackers =
+      std::any_of(scene.tracking.frames.begin(), scene.tracking.frames.end(),
+                  [](const FrameContent& frame) { return frame.kind == FrameContent::Kind::ambient; });
+  for (std::size_t s = 0; s < scene.stations.size(); ++s) {
+    const SceneStation& station = scene.stations[s];
+    if (tracked && station.trackers) add_led_views(scene, s, observations);
+    if (!station.board || !station.in_view) continue;
+    const std::size_t placement = placements(station);
+    const std::optional<std::size_t> index = tracked ? std::optional(s) : std::nullopt;
+    if (station.scan) add_scan(scene, station, placement, index, grid_step_px, observations);
+    if (station.trackers && boards_in_trackers) add_tracker_corners(scene, station, placement, observations);
   }
+  observations.placement_count = placements.count();
   return observations;
 }
 

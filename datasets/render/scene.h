@@ -1,7 +1,9 @@
 // A scene: what a synthetic capture is made from, in memory. datasets/scene_file.h reads one from YAML.
 //
-// Everything sits in the probe frame, that of the first camera. Radiance is relative: 1 is what a white Lambert surface
-// (albedo 1) sends out where it faces the fully lit projector on its axis, at the lighting's reference distance.
+// Everything sits in the probe frame, that of the first camera. Where trackers watch the probe, they and what they
+// share with it sit in the world frame, that of the first tracker. Radiance is relative: 1 is what a white Lambert
+// surface (albedo 1) sends out where it faces the fully lit projector on its axis, at the lighting's reference
+// distance.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +14,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "datasets/capture.h"
+#include "datasets/render/box.h"
 #include "datasets/render/surfaces.h"
 #include "recon/patterns.h"
 #include "solvers/observations.h"
@@ -64,6 +67,48 @@ struct SceneStation {
   std::string id;
   bool board = true;        // else the panel
   Pose probe_from_surface;  // of the board or of the panel
+  bool in_view = true;      // false: neither is there, only lights are
+  Pose world_from_probe = {};
+  std::string placement = {};  // stations that name the same one have the board or the panel at one place in the world
+  bool scan = true;            // whether the probe's cameras take images
+  bool trackers = true;        // whether the trackers do
+};
+
+// Brightness of a light: what its spot holds, summed over the pixels, in full wells of the tracker, on the axis at the
+// lighting's reference distance, in an image of the blinking sequence.
+struct SceneLed {
+  Led led;
+  std::string word;  // lit at the steps with a '1'
+  double brightness = 10;
+  std::optional<Eigen::Vector3d> nominal_mm = {};  // what capture.yaml says
+};
+
+// A light in the room that no code tells.
+struct Lamp {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  double brightness = 10;
+};
+
+// A flat round mirror in the room: LEDs are seen in it, too.
+struct Mirror {
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // unit, to the side that reflects
+  double radius_mm = 100;
+  double reflectance = 0.5;
+};
+
+// What cameras fixed to the world see of a probe that is moved about.
+struct Tracking {
+  std::vector<SceneCamera> trackers;
+  std::vector<SceneLed> leds;
+  std::vector<FrameContent> frames;  // of every tracker at every station: ambient and leds
+  std::size_t blink_start = 0;       // the step of the words that the first image of the sequence shows
+  double led_exposure = 0.1;         // of the images of the blinking sequence, as a share of the ambient one's
+  std::vector<Lamp> lamps;
+  std::vector<Mirror> mirrors;
+  std::optional<Box> probe_body;  // in the probe frame
+  double led_dropout = 0;         // probability that a lit LED stays dark in one image of one tracker
+  double missing_frames = 0;      // probability that an image of the blinking sequence is not written
 };
 
 struct Scene {
@@ -77,14 +122,18 @@ struct Scene {
   std::vector<StripeOrientation> orientations;
   std::optional<ProjectedChessboard> projected_chessboard;
   std::vector<FrameContent> frames;
+  Tracking tracking = {};
   int samples = 16;  // traced per camera pixel; four times as many where those do not all see the same material
   std::uint64_t seed = 1;
 };
 
-// The scene's sensors, cameras first, then the projector; no covariance, for nothing was estimated.
+// The scene's sensors, the probe's cameras first, then the projector, then the trackers, and its LEDs; no covariance,
+// for nothing was estimated.
 Rig true_rig(const Scene& scene);
 
-// Precondition: the station's board or panel exists.
+Pose world_from_surface(const SceneStation& station);
+
+// Precondition: the station's board or panel exists and is in view.
 const Surface& surface_at(const Scene& scene, const SceneStation& station);
 
 // All frames of the orientations, most significant bit first, each inverse after its pattern.
@@ -95,9 +144,11 @@ std::vector<FrameContent> stripe_frames(const std::vector<StripeOrientation>& or
 cv::Mat projector_image(const Scene& scene, const FrameContent& frame);
 
 // What the measurement model says the sensors observe, free of noise: corners in every camera, stripe coordinates on a
-// grid of camera pixels `grid_step_px` apart, and projected chessboard corners where the scene has them. Placements
-// number the stations with the board, in their order. Only what lies inside the images and on the plate is listed;
-// occlusion cannot occur with one plate in view.
+// grid of camera pixels `grid_step_px` apart, and projected chessboard corners where the scene has them; with trackers,
+// also the corners in their ambient images and the LEDs. Sensors and LEDs are numbered as in true_rig. Placements
+// number the places of the board, in the order of the stations; stations are told where there are trackers. Only what
+// lies inside the images and on the plate is listed; occlusion cannot occur with one plate in view, and what the
+// probe's body hides from trackers is listed all the same.
 Observations ideal_observations(const Scene& scene, int grid_step_px);
 
 }  // namespace crumple

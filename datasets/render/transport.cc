@@ -15,7 +15,8 @@ namespace {
 
 constexpr int lane = 4;                // window widths are multiples of it
 constexpr int largest_window_px = 24;  // samples further apart get windows of their own
-constexpr int refinement = 4;          // times as many samples where the first ones differ in kind
+constexpr double body_albedo = 0.06;
+constexpr int refinement = 4;  // times as many samples where the first ones differ in kind
 
 double widest_panel_slope(const Lens& lens) {
   double widest = 0;
@@ -93,11 +94,12 @@ std::optional<Eigen::Vector2d> PreparedProjector::pixel_towards(const Eigen::Vec
 class RowTracer {
  public:
   RowTracer(const PreparedCamera& camera, const PreparedProjector* projector, const Tracer& tracer,
-            const Pose& probe_from_surface, const TransportSettings& settings)
+            const Pose& mount_from_surface, const TransportSettings& settings)
       : camera_(camera), projector_(projector), tracer_(tracer), settings_(settings) {
-    surface_from_camera_ = (camera.camera.sensor.sensor_from_mount * probe_from_surface).inverse();
+    surface_from_camera_ = (camera.camera.sensor.sensor_from_mount * mount_from_surface).inverse();
+    if (settings.body) box_from_surface_ = settings.body->mount_from_box.inverse();
     if (!projector) return;
-    projector_from_surface_ = projector->projector.sensor.sensor_from_mount * probe_from_surface;
+    projector_from_surface_ = projector->projector.sensor.sensor_from_mount * mount_from_surface;
     surface_from_projector_ = projector_from_surface_.inverse();
   }
 
@@ -153,6 +155,10 @@ class RowTracer {
     const double vignetting = 1 / (ray->squaredNorm() * ray->squaredNorm());
 
     const auto hit = tracer_.first_hit(origin, direction);
+    if (settings_.body && body_is_before(origin, direction, hit)) {
+      ambient_ += vignetting * settings_.lighting.ambient * body_albedo;
+      return {body_albedo, false};
+    }
     if (!hit) {
       ambient_ += vignetting * settings_.lighting.ambient * settings_.lighting.background;
       return {};
@@ -161,6 +167,12 @@ class RowTracer {
     const Material material = tracer_.surface().material(hit->x(), hit->y());
     ambient_ += vignetting * settings_.lighting.ambient * ambient_reflectance(material, point.normal, -direction);
     return {material.albedo, projector_ && light_up(point, material, -direction, vignetting, index)};
+  }
+
+  bool body_is_before(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                      const std::optional<Eigen::Vector3d>& hit) const {
+    const auto t = entry(*settings_.body, box_from_surface_ * origin, box_from_surface_.rotation * direction);
+    return t && (!hit || *t < (*hit - origin).norm());
   }
 
   // Whether the projector lights the point; if so, adds its spot on the panel.
@@ -249,6 +261,7 @@ class RowTracer {
   Pose surface_from_camera_;
   Pose projector_from_surface_;
   Pose surface_from_projector_;
+  Pose box_from_surface_;
   std::vector<Spot> spots_, group_, rest_;
   std::vector<float> along_x_;
   double ambient_ = 0;
@@ -256,14 +269,14 @@ class RowTracer {
 };
 
 Transport Transport::trace(const PreparedCamera& camera, const PreparedProjector* projector, const Tracer& tracer,
-                           const Pose& probe_from_surface, const TransportSettings& settings) {
+                           const Pose& mount_from_surface, const TransportSettings& settings) {
   const ImageSize size = camera.camera.sensor.lens.size();
   Transport transport;
   transport.size_ = size;
   transport.rows_.resize(static_cast<std::size_t>(size.height_px));
   parallel_for(transport.rows_.size(), settings.threads, [&](std::size_t y) {
     transport.rows_[y] =
-        RowTracer(camera, projector, tracer, probe_from_surface, settings)(static_cast<int>(y), size.width_px);
+        RowTracer(camera, projector, tracer, mount_from_surface, settings)(static_cast<int>(y), size.width_px);
   });
   return transport;
 }

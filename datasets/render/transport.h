@@ -61,13 +61,14 @@ struct TransportSettings {
   int samples = 16;
   std::uint64_t seed = 1;
   int threads = 1;
+  std::optional<Box> body = {};  // dark and dull, before the surface; its mount is the surface's frame
 };
 
 class Transport {
  public:
-  // `projector` may be null: then there is ambient light only.
+  // `projector` may be null: then there is ambient light only. `mount_from_surface`: of what carries both sensors.
   static Transport trace(const PreparedCamera& camera, const PreparedProjector* projector, const Tracer& tracer,
-                         const Pose& probe_from_surface, const TransportSettings& settings);
+                         const Pose& mount_from_surface, const TransportSettings& settings);
 
   // Radiance per camera pixel for an emission image of the projector's size; empty: under ambient light alone.
   cv::Mat1f radiance(const cv::Mat1f& emission) const;

@@ -239,5 +239,41 @@ TEST(ExposureCheck, WarnsOfGlintsAndDimLight) {
   EXPECT_EQ(findings[0].severity, Severity::error);
 }
 
+// Two stations of one tracker, four images each.
+class CheckTrackers : public CheckCapture {
+ protected:
+  void SetUp() override {
+    std::ofstream(folder_.path() / "capture.yaml")
+        << "schema: crumple-capture/3\ntitle: trackers\nsensors:\n"
+           "  t: {kind: camera, mount: world, size_px: [64, 48], files: \"one/{station}_{frame}.png\"}\n"
+           "leds: {a: {word: \"011\"}}\ntracker_frames: [ambient, {leds: 3}]\nstations: [x, y]\n";
+    std::filesystem::create_directory(folder_.path() / "one");
+    for (const std::string station : {"x", "y"}) {
+      for (int frame = 0; frame < 4; ++frame) {
+        cv::Mat image(48, 64, CV_8U, cv::Scalar(frame == 0 ? 90 : 3));
+        image.at<std::uint8_t>(20, station == "x" ? 10 : 40) = 200;
+        ASSERT_TRUE(cv::imwrite(file(station + "_" + std::to_string(frame) + ".png").string(), image));
+      }
+    }
+  }
+};
+
+TEST_F(CheckTrackers, DarkImagesOfTheBlinkingAreNoFault) { EXPECT_EQ(findings(), ""); }
+
+TEST_F(CheckTrackers, AMissingImageOfTheBlinkingIsAnErasure) {
+  std::filesystem::remove(file("x_2.png"));
+  EXPECT_THAT(findings(), AllOf(HasSubstr("warning: station x, camera t"), HasSubstr("x_2.png does not exist"),
+                                Not(HasSubstr("error"))));
+  std::filesystem::remove(file("x_1.png"));
+  std::filesystem::remove(file("x_3.png"));
+  EXPECT_THAT(findings(), HasSubstr("error: station x, camera t: has no image of the blinking sequence"));
+}
+
+TEST_F(CheckTrackers, OtherMissingOrSpoiltImagesAreErrors) {
+  std::filesystem::remove(file("y_0.png"));
+  std::ofstream(file("x_1.png")) << "no image";
+  EXPECT_THAT(findings(), AllOf(HasSubstr("error: station y, camera t"), HasSubstr("error: station x, camera t")));
+}
+
 }  // namespace
 }  // namespace crumple

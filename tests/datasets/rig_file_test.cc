@@ -1,6 +1,7 @@
 #include "datasets/rig_file.h"
 
 #include <cmath>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,6 +32,18 @@ Rig example_rig() {
   return rig;
 }
 
+// The example with a tracker and two LEDs.
+Rig tracked_rig() {
+  Rig rig = example_rig();
+  Sensor tracker = rig.sensors.front();
+  tracker.name = "tracker0";
+  tracker.mount = Mount::world;
+  tracker.sensor_from_mount = {rotation_from_vector({0, 0.3, 0.1}), {-800, 1.0 / 3, 7}};
+  rig.sensors.push_back(tracker);
+  rig.leds = {{"a", {10, -20.25, 1.0 / 7}, Mount::probe}, {"floor", {0, 0, 1e4}, Mount::world}};
+  return rig;
+}
+
 void expect_same(const Rig& a, const Rig& b) {
   ASSERT_EQ(a.sensors.size(), b.sensors.size());
   for (std::size_t i = 0; i < a.sensors.size(); ++i) {
@@ -38,11 +51,18 @@ void expect_same(const Rig& a, const Rig& b) {
     const Sensor& y = b.sensors[i];
     EXPECT_EQ(x.name, y.name);
     EXPECT_EQ(x.kind, y.kind);
+    EXPECT_EQ(x.mount, y.mount);
     EXPECT_EQ(x.lens.model(), y.lens.model());
     EXPECT_EQ(x.lens.size(), y.lens.size());
     EXPECT_EQ(x.lens.parameters(), y.lens.parameters());
     EXPECT_EQ(x.sensor_from_mount.rotation.coeffs(), y.sensor_from_mount.rotation.coeffs());
     EXPECT_EQ(x.sensor_from_mount.translation, y.sensor_from_mount.translation);
+  }
+  ASSERT_EQ(a.leds.size(), b.leds.size());
+  for (std::size_t i = 0; i < a.leds.size(); ++i) {
+    EXPECT_EQ(a.leds[i].name, b.leds[i].name);
+    EXPECT_EQ(a.leds[i].mount, b.leds[i].mount);
+    EXPECT_EQ(a.leds[i].position_mm, b.leds[i].position_mm);
   }
   EXPECT_EQ(a.sigma_px, b.sigma_px);
   EXPECT_EQ(a.covariance.names, b.covariance.names);
@@ -55,6 +75,42 @@ TEST(RigFile, IsReadBackExactly) {
   const auto read = read_rig(home.path());
   ASSERT_TRUE(read) << read.error().message;
   expect_same(*read, example_rig());
+}
+
+TEST(RigFile, WithTrackersAndLedsIsOfVersionTwoAndReadBackExactly) {
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_rig(home.path(), tracked_rig()));
+  EXPECT_THAT(content_of(home / "rig.yaml"), HasSubstr("schema: crumple-rig/2"));
+  const auto read = read_rig(home.path());
+  ASSERT_TRUE(read) << read.error().message;
+  expect_same(*read, tracked_rig());
+}
+
+TEST(RigFile, WithoutEitherIsOfVersionOne) {
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_rig(home.path(), example_rig()));
+  EXPECT_THAT(content_of(home / "rig.yaml"), HasSubstr("schema: crumple-rig/1"));
+}
+
+TEST(RigFile, NewKeysNeedTheirVersion) {
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_rig(home.path(), tracked_rig()));
+  std::string text = content_of(home / "rig.yaml");
+  text.replace(text.find("crumple-rig/2"), 13, "crumple-rig/1");
+  std::ofstream(home / "rig.yaml") << text;
+  const auto read = read_rig(home.path());
+  ASSERT_FALSE(read);
+  EXPECT_THAT(read.error().message, AllOf(HasSubstr("leds: is new in crumple-rig/2"),
+                                          HasSubstr("sensor_from_world: is new in crumple-rig/2")));
+}
+
+TEST(RigFile, LedsAreNamedOnce) {
+  Rig rig = tracked_rig();
+  rig.leds[1].name = "cam0";
+  const TemporaryFolder home;
+  const auto written = write_rig(home.path(), rig);
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().message, HasSubstr("named cam0"));
 }
 
 TEST(RigFile, WithoutCovarianceAndSigma) {

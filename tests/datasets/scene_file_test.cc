@@ -8,6 +8,7 @@
 
 #include "datasets/simulate_yaml.h"
 #include "tests/datasets/render_scenes.h"
+#include "tests/datasets/tracked_scene.h"
 
 namespace crumple {
 namespace {
@@ -83,6 +84,68 @@ TEST(SceneFile, its_capture_can_be_read_whatever_its_names_are) {
   EXPECT_EQ(capture->title, "Two\nlines");
   EXPECT_NE(capture->sensor("null"), nullptr);
   EXPECT_NE(capture->station("a: \"b\""), nullptr);
+}
+
+std::string tracked_error_with(const std::string& from, const std::string& to) {
+  std::string text = tracked_scene_text();
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const auto scene = parse_scene(text, "s.yaml");
+  return scene ? "no error" : scene.error().message;
+}
+
+TEST(SceneFile, places_a_tracked_probe_in_the_world) {
+  const Scene scene = tracked_scene();
+  ASSERT_EQ(scene.tracking.trackers.size(), 2U);
+  EXPECT_EQ(scene.tracking.trackers[1].sensor.mount, Mount::world);
+  ASSERT_EQ(scene.tracking.leds.size(), 4U);
+  EXPECT_EQ(scene.tracking.frames.size(), 9U);
+  const Rig rig = true_rig(scene);
+  EXPECT_EQ(rig.sensors[3].name, "tracker1");
+  EXPECT_EQ(rig.leds[3].mount, Mount::world);
+  // The board's middle, from two stations of one placement.
+  for (std::size_t station : {0U, 1U}) {
+    EXPECT_LT(
+        (world_from_surface(scene.stations[station]) * Eigen::Vector3d(96, 60, 0) - Eigen::Vector3d(0, 0, 1500)).norm(),
+        1e-9);
+  }
+  EXPECT_EQ(scene.stations[1].placement, "bench");
+  EXPECT_FALSE(scene.stations[2].in_view);
+  EXPECT_FALSE(scene.stations[3].board);
+}
+
+TEST(SceneFile, tracked_scenes_are_checked) {
+  EXPECT_THAT(tracked_error_with("crumple-scene/2", "crumple-scene/1"),
+              AllOf(HasSubstr("sensors.tracker0.mount: is new in crumple-scene/2"), HasSubstr("leds: is new"),
+                    HasSubstr("placements: is new")));
+  EXPECT_THAT(tracked_error_with("id: wand, scan: false", "id: wand"), HasSubstr("say `scan: false`"));
+  EXPECT_THAT(tracked_error_with("placement: door, trackers", "placement: gate, trackers"),
+              HasSubstr("there is no placement `gate`"));
+  EXPECT_THAT(tracked_error_with(", probe: {position_mm: [0, 40, 1000], rotation_deg: [10, 0, 0]}", ""),
+              HasSubstr("`probe` is missing"));
+  EXPECT_THAT(tracked_error_with("led_exposure:", "probe_body: {size_mm: [200, 200, 200]}\nled_exposure:"),
+              HasSubstr("leds.a: lies inside `probe_body`"));
+  EXPECT_THAT(tracked_error_with("tracker_frames:", "#"), HasSubstr("`tracker_frames` is missing"));
+  EXPECT_THAT(tracked_error_with("led_exposure:", "false_spots: [{lamp: {position_mm: [0, 0, 1]}, mirror: {}}]\n#"),
+              HasSubstr("either a `lamp` or a `mirror`"));
+  EXPECT_THAT(scene_error_with("frames: [white", "leds: {a: {position_mm: [0, 0, 0], word: \"01\"}}\nframes: [white"),
+              HasSubstr("leds: needs a camera with `mount: world`"));
+}
+
+TEST(SceneFile, the_capture_of_a_tracked_scene_can_be_read) {
+  const auto capture = parse_capture(capture_yaml(tracked_scene()), "capture.yaml");
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_EQ(capture->schema, 3);
+  EXPECT_EQ(capture->sensor("tracker1")->mount, Mount::world);
+  EXPECT_EQ(capture->tracker_frames.size(), 9U);
+  EXPECT_EQ(capture->leds[1].word, "11001001");
+  EXPECT_EQ(*capture->leds[1].nominal_mm, Eigen::Vector3d(60, -50, -41));
+  EXPECT_EQ(capture->leds[3].mount, Mount::world);
+  EXPECT_EQ(capture->stations[1].placement, "bench");
+  EXPECT_FALSE(capture->stations[2].scan);
+  EXPECT_TRUE(capture->stations[2].boards.empty());
+  EXPECT_FALSE(capture->stations[3].trackers);
 }
 
 TEST(SceneFile, a_missing_file_is_named) {

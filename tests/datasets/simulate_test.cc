@@ -1,17 +1,23 @@
 #include "datasets/simulate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "calib/detect_target.h"
 #include "datasets/capture.h"
+#include "datasets/check_capture.h"
+#include "datasets/render/led_spots.h"
 #include "datasets/render/render.h"
 #include "datasets/rig_file.h"
-#include "tests/datasets/render_scenes.h"
+#include "tests/datasets/tracked_scene.h"
 #include "tests/temporary_folder.h"
 
 namespace crumple {
@@ -78,6 +84,59 @@ TEST_F(Simulate, leaves_nothing_behind_where_it_fails) {
   scene.cameras[0].sensor.name = std::string(300, 'n');  // no file system takes that
   ASSERT_FALSE(simulate(scene, "", root_ / "capture", {}));
   EXPECT_TRUE(fs::is_empty(root_.path()));
+}
+
+TEST_F(Simulate, writes_what_trackers_see) {
+  Scene scene = tracked_scene();
+  scene.stations.erase(scene.stations.begin() + 1, scene.stations.begin() + 2);
+  scene.frames = {{FrameContent::Kind::white, 0, 0, false}};
+  scene.orientations.clear();
+  scene.tracking.missing_frames = 0.2;
+  const auto folder = simulate(scene, "", root_ / "capture", {2, false, false, {}});
+  ASSERT_TRUE(folder) << folder.error().message;
+  EXPECT_TRUE(fs::exists(*folder / "one/tracker1/000.png"));
+  EXPECT_FALSE(fs::exists(*folder / "wand/cam0"));
+  EXPECT_FALSE(fs::exists(*folder / "door/tracker0"));
+  for (std::size_t frame = 0; frame < 9; ++frame) {
+    const std::string name = fmt::format("one/tracker0/{:03}.png", frame);
+    EXPECT_EQ(fs::exists(*folder / name), !is_missing(scene, 0, 0, frame)) << name;
+  }
+  const auto capture = read_capture(*folder);
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_FALSE(has_error(check_capture(*capture)));
+  const auto rig = read_rig(*folder / "truth/rig");
+  ASSERT_TRUE(rig) << rig.error().message;
+  EXPECT_EQ(rig->sensors[3].mount, Mount::world);
+  EXPECT_EQ(rig->leds[0].position_mm, scene.tracking.leds[0].led.position_mm);
+  const std::string truth = content_of(*folder / "truth/stations.yaml");
+  EXPECT_THAT(truth, testing::StartsWith("schema: crumple-true-stations/2"));
+  EXPECT_THAT(truth, testing::HasSubstr("world_from_board"));
+}
+
+// The board in a tracker's ambient image, found by the detector that calibration uses.
+TEST_F(Simulate, trackers_see_the_board_where_the_model_says) {
+  Scene scene = tracked_scene();
+  scene.samples = 16;
+  scene.stations[0].probe_from_surface = Pose{};
+  scene.stations[0].world_from_probe = Pose{rotation_from_vector({0.2, -0.3, 0.05}), {-90, -70, 560}};
+  const Observations ideal = ideal_observations(scene, 40);
+  const auto expected = std::find_if(ideal.corners.begin(), ideal.corners.end(),
+                                     [](const CornerView& view) { return view.sensor == 2 && !view.station; });
+  ASSERT_NE(expected, ideal.corners.end());
+  ASSERT_EQ(expected->corners.size(), 54U);
+  cv::Mat image;
+  ASSERT_TRUE(Renderer(scene, 2).render_trackers(0, [&](const RenderedFrame& frame) -> Expected<void> {
+    if (frame.camera == 0 && frame.frame == 0) image = frame.image;
+    return {};
+  }));
+  const auto found = detect_target(image, scene.board->target());
+  ASSERT_TRUE(found) << found.error().message;
+  ASSERT_EQ(found->corners, expected->corners);
+  double squares = 0;
+  for (std::size_t i = 0; i < found->pixels.size(); ++i) {
+    squares += (found->pixels[i] - expected->pixels[i]).squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(squares / (2.0 * static_cast<double>(found->pixels.size()))), 0.05);
 }
 
 }  // namespace

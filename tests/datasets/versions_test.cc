@@ -46,6 +46,18 @@ TEST(SceneVersions, OneIsRead) {
   EXPECT_EQ(scene->seed, 7U);
 }
 
+TEST(SceneVersions, TwoIsRead) {
+  const auto scene = read_scene(kData / "scenes/version_2.yaml");
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->tracking.trackers.size(), 2U);
+  EXPECT_EQ(scene->tracking.leds.size(), 5U);
+  EXPECT_EQ(scene->tracking.mirrors.size(), 1U);
+  EXPECT_EQ(scene->tracking.lamps.size(), 1U);
+  EXPECT_EQ(scene->tracking.blink_start, 5U);
+  EXPECT_EQ(scene->stations.size(), 21U);
+  EXPECT_EQ(scene->stations[4].placement, "bench_a");
+}
+
 TEST(CloudVersions, OneIsRead) {
   const std::filesystem::path file = kData / "clouds/version_1.ply";
   std::ifstream stream(file, std::ios::binary);

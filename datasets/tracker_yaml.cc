@@ -1,0 +1,95 @@
+#include "datasets/tracker_yaml.h"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "datasets/limits.h"
+#include "datasets/yaml_values.h"
+
+namespace crumple {
+namespace {
+
+using Kind = FrameContent::Kind;
+
+constexpr std::size_t kLongestWord = 1000;
+
+CaptureLed read_capture_led(const std::string& name, const YamlValue& value) {
+  if (!is_plain_name(name)) value.problem("an LED's name is made of letters, digits, _ and -");
+  YamlMap map = value.map();
+  CaptureLed led;
+  led.name = name;
+  if (const auto word = map.require("word", "when it is lit, such as \"0110\", one character a time step")) {
+    led.word = read_word(*word);
+  }
+  led.mount = read_mount(map.find("mount"));
+  if (const auto nominal = map.find("nominal_mm")) {
+    led.nominal_mm = read_vector<3>(*nominal, -kLargestValue, kLargestValue);
+  }
+  map.finish();
+  return led;
+}
+
+}  // namespace
+
+Mount read_mount(const std::optional<YamlValue>& value) {
+  return value && value->one_of({"probe", "world"}) == "world" ? Mount::world : Mount::probe;
+}
+
+std::string read_word(const YamlValue& value) {
+  const std::string word = value.text();
+  if (word.find_first_not_of("01") != std::string::npos || word.size() < 2 || word.size() > kLongestWord) {
+    value.problem(
+        fmt::format("must be 2 to {} characters, 1 where the LED is lit and 0 where it is dark", kLongestWord));
+  }
+  return word;
+}
+
+void check_words(const std::vector<std::string>& words, const YamlValue& value) {
+  std::set<std::string> seen;
+  for (const std::string& word : words) {
+    if (word.size() != words.front().size()) {
+      return value.problem(fmt::format("have words of {} and of {} steps: give all of them one length",
+                                       words.front().size(), word.size()));
+    }
+    if (!seen.insert(word).second) return value.problem(fmt::format("two LEDs have the word {}", word));
+  }
+}
+
+std::vector<FrameContent> read_tracker_frames(const YamlValue& value) {
+  std::vector<FrameContent> frames;
+  std::size_t step = 0;
+  for (const YamlValue& item : value.list()) {
+    if (item.is_scalar()) {
+      item.one_of({"ambient"});
+      frames.push_back({});
+      continue;
+    }
+    YamlMap map = item.map();
+    if (const auto leds = map.require("leds", "the number of images of the blinking sequence, one a time step")) {
+      const int count = leds->integer(1, 10000);
+      for (int i = 0; i < count; ++i) frames.push_back({Kind::leds, 0, 0, false, step++});
+    }
+    map.finish();
+  }
+  const auto ambient =
+      std::count_if(frames.begin(), frames.end(), [](const FrameContent& f) { return f.kind == Kind::ambient; });
+  if (ambient > 1) value.problem("shows ambient light more than once: keep one");
+  if (frames.empty()) value.problem("at least one image is needed, such as {leds: 16}");
+  return frames;
+}
+
+std::vector<CaptureLed> read_capture_leds(const YamlValue& value) {
+  std::vector<CaptureLed> leds;
+  std::vector<std::string> words;
+  YamlMap map = value.map();
+  for (const auto& [name, led] : map.entries()) {
+    leds.push_back(read_capture_led(name, led));
+    words.push_back(leds.back().word);
+  }
+  check_words(words, value);
+  return leds;
+}
+
+}  // namespace crumple
