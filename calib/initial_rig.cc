@@ -322,14 +322,14 @@ Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensor
     if (spec.kind == SensorKind::camera) {
       auto start = start_camera(spec, s, state, corners, placement_names);
       if (!start) return tl::unexpected(start.error());
-      state.rig.sensors.push_back({spec.name, spec.kind, start->lens, {}});
+      state.rig.sensors.push_back({spec.name, spec.kind, start->lens, {}, spec.mount});
       starts.emplace(s, std::move(*start));
       continue;
     }
     auto lens = Lens::undistorted(spec.lens_model, spec.size, spec.size.width_px, spec.size.width_px,
                                   {0.5 * (spec.size.width_px - 1), 0.5 * (spec.size.height_px - 1)});
     if (!lens) return fail(fmt::format("{}: {}", spec.name, lens.error().message));
-    state.rig.sensors.push_back({spec.name, spec.kind, std::move(*lens), {}});
+    state.rig.sensors.push_back({spec.name, spec.kind, std::move(*lens), {}, spec.mount});
   }
   if (starts.empty()) return fail("the capture has no camera: nothing sees the board");
 

@@ -38,24 +38,50 @@ std::vector<ParameterTruth> parameters_of(const Sensor& estimate, const Sensor& 
   return parameters;
 }
 
+const Sensor& first_on(Mount mount, const Rig& rig) {
+  return *std::find_if(rig.sensors.begin(), rig.sensors.end(), [&](const Sensor& s) { return s.mount == mount; });
+}
+
+// Those that both have, in the frame of the first sensor on their mount, where the estimate has one.
+void add_leds(const Rig& estimated, const Rig& truth, std::vector<ParameterTruth>& all) {
+  for (const Led& led : estimated.leds) {
+    const auto known =
+        std::find_if(truth.leds.begin(), truth.leds.end(), [&](const Led& l) { return l.name == led.name; });
+    const bool framed = std::any_of(estimated.sensors.begin(), estimated.sensors.end(),
+                                    [&](const Sensor& s) { return s.mount == led.mount; });
+    if (known == truth.leds.end() || known->mount != led.mount || !framed) continue;
+    const Sensor& first = first_on(led.mount, estimated);
+    const auto reference = truth.find(first.name);
+    if (!reference) continue;
+    const Eigen::Vector3d position_mm = first.sensor_from_mount * led.position_mm;
+    const Eigen::Vector3d known_mm = truth.sensors[*reference].sensor_from_mount * known->position_mm;
+    for (int i = 0; i < 3; ++i) {
+      all.push_back({led.name + "." + "xyz"[i], position_mm[i], known_mm[i], position_mm[i] - known_mm[i]});
+    }
+  }
+}
+
 }  // namespace
 
+// Poses are compared in the frame of the first sensor on the same mount.
 Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated, const Rig& truth) {
   std::vector<ParameterTruth> all;
   for (const Sensor& sensor : estimated.sensors) {
     const auto index = truth.find(sensor.name);
-    const auto reference = truth.find(estimated.sensors.front().name);
+    const Sensor& first = first_on(sensor.mount, estimated);
+    const auto reference = truth.find(first.name);
     if (!index || !reference) return fail(fmt::format("the truth has no sensor {}", sensor.name));
     const Sensor& known = truth.sensors[*index];
     if (known.lens.model() != sensor.lens.model()) {
       return fail(fmt::format("sensor {} was estimated as {} but the truth is {}: their parameters cannot be compared",
                               sensor.name, sensor.lens.model(), known.lens.model()));
     }
-    const Pose estimated_mount = sensor.sensor_from_mount * estimated.sensors.front().sensor_from_mount.inverse();
+    const Pose estimated_mount = sensor.sensor_from_mount * first.sensor_from_mount.inverse();
     const Pose true_mount = known.sensor_from_mount * truth.sensors[*reference].sensor_from_mount.inverse();
     const auto parameters = parameters_of(sensor, known, estimated_mount, true_mount);
     all.insert(all.end(), parameters.begin(), parameters.end());
   }
+  add_leds(estimated, truth, all);
   std::vector<ParameterTruth> estimated_ones;
   for (std::size_t row = 0; row < estimated.covariance.names.size(); ++row) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const ParameterTruth& parameter) {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -64,11 +67,26 @@ void judge_groups(const BundleResult& bundle, std::vector<std::string>& reasons)
   }
 }
 
-// The largest angle between two board normals in the probe frame.
-double tilt_span_rad(const CalibrationState& state) {
+// The boards that the sensors on one mount saw, in its frame: each placement from each station once.
+std::vector<Pose> boards_before(Mount mount, const BundleResult& bundle) {
+  const CalibrationState& state = bundle.state;
+  std::set<std::pair<std::size_t, std::optional<std::size_t>>> seen;
+  for (const ViewSummary& view : bundle.views) {
+    if (view.placement && state.rig.sensors[view.sensor].mount == mount) seen.insert({*view.placement, view.station});
+  }
+  std::vector<Pose> boards;
+  for (const auto& [placement, station] : seen) {
+    const Pose& world_from_board = state.world_from_board[placement];
+    boards.push_back(station ? state.world_from_probe[*station].inverse() * world_from_board : world_from_board);
+  }
+  return boards;
+}
+
+// The largest angle between two board normals.
+double tilt_span_rad(const std::vector<Pose>& boards) {
   double smallest_cosine = 1;
-  for (const Pose& a : state.world_from_board) {
-    for (const Pose& b : state.world_from_board) {
+  for (const Pose& a : boards) {
+    for (const Pose& b : boards) {
       const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
       smallest_cosine = std::min(smallest_cosine, (a.rotation * z).dot(b.rotation * z));
     }
@@ -76,16 +94,25 @@ double tilt_span_rad(const CalibrationState& state) {
   return std::acos(std::clamp(smallest_cosine, -1.0, 1.0));
 }
 
+void judge_boards(Mount mount, const BundleResult& bundle, std::vector<std::string>& reasons) {
+  const auto& sensors = bundle.state.rig.sensors;
+  if (std::none_of(sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.mount == mount; })) return;
+  const std::vector<Pose> boards = boards_before(mount, bundle);
+  const char* const before = mount == Mount::world ? " before the trackers" : "";
+  if (boards.size() < kFewPlacements) {
+    reasons.push_back(fmt::format("only {} board placements{}: take at least {}, tilted differently", boards.size(),
+                                  before, kFewPlacements));
+  }
+  if (const double span = tilt_span_rad(boards); span < kSmallTilt_rad) {
+    reasons.push_back(fmt::format("the board's tilts{} span only {:.0f} degrees: tilt it by 30 degrees about both axes",
+                                  before, span * 180 / std::numbers::pi));
+  }
+}
+
 void judge_geometry(const Calibration& calibration, std::vector<std::string>& reasons) {
   const CalibrationState& state = calibration.bundle.state;
-  if (calibration.placement_names.size() < kFewPlacements) {
-    reasons.push_back(fmt::format("only {} board placements: take at least {}, tilted differently",
-                                  calibration.placement_names.size(), kFewPlacements));
-  }
-  if (const double span = tilt_span_rad(state); span < kSmallTilt_rad) {
-    reasons.push_back(fmt::format("the board's tilts span only {:.0f} degrees: tilt it by 30 degrees about both axes",
-                                  span * 180 / std::numbers::pi));
-  }
+  judge_boards(Mount::probe, calibration.bundle, reasons);
+  judge_boards(Mount::world, calibration.bundle, reasons);
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
     const Sensor& sensor = state.rig.sensors[s];
     const Eigen::MatrixXd covariance = calibration.bundle.covariance.of({{BlockId::Kind::lens, s}}, state);

@@ -9,6 +9,7 @@
 #include "calib/detect_target.h"
 #include "calib/projected_board.h"
 #include "cli/progress.h"
+#include "datasets/led_images.h"
 #include "solvers/parallel.h"
 
 namespace crumple {
@@ -37,7 +38,7 @@ Expected<std::vector<SensorSpec>> chosen_sensors(const Capture& capture, const s
   std::vector<SensorSpec> sensors;
   for (const CaptureSensor& sensor : capture.sensors) {
     const bool chosen = only.empty() || std::find(only.begin(), only.end(), sensor.name) != only.end();
-    if (chosen) sensors.push_back({sensor.name, sensor.kind, sensor.size, sensor.lens_model});
+    if (chosen) sensors.push_back({sensor.name, sensor.kind, sensor.size, sensor.lens_model, sensor.mount});
   }
   std::stable_partition(sensors.begin(), sensors.end(),
                         [](const SensorSpec& sensor) { return sensor.kind == SensorKind::camera; });
@@ -67,8 +68,13 @@ Expected<DetectedBoard> told_from_others(const Expected<DetectedBoard>& found, c
   return found;
 }
 
-std::string placement_name(const Capture& capture, const Station& station, std::size_t board) {
-  return capture.boards.size() > 1 ? station.id + "/" + capture.boards[board].name : station.id;
+// Before the probe alone a board is somewhere else at each station, wherever it stays in the world.
+std::string placement_name(const Capture& capture, const Station& station, std::size_t board,
+                           const std::vector<SensorSpec>& sensors) {
+  const bool in_world =
+      std::any_of(sensors.begin(), sensors.end(), [](const SensorSpec& s) { return s.mount == Mount::world; });
+  const std::string& place = station.placement.empty() || !in_world ? station.id : station.placement;
+  return capture.boards.size() > 1 ? place + "/" + capture.boards[board].name : place;
 }
 
 std::optional<std::size_t> index_of(const std::vector<SensorSpec>& sensors, const std::optional<std::string>& name) {
@@ -78,9 +84,24 @@ std::optional<std::size_t> index_of(const std::vector<SensorSpec>& sensors, cons
   return std::nullopt;
 }
 
+// Whether the probe is moved about: sensors in the world watch it.
+bool is_tracked(const std::vector<SensorSpec>& sensors) {
+  const auto is_on = [&](Mount mount) {
+    return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSpec& s) { return s.mount == mount; });
+  };
+  return is_on(Mount::world) && is_on(Mount::probe);
+}
+
+// Its number among the stations of a probe that is moved about.
+std::size_t station_number(const std::string& id, CalibrationData& data) {
+  const auto known = std::find(data.station_names.begin(), data.station_names.end(), id);
+  const auto number = static_cast<std::size_t>(known - data.station_names.begin());
+  if (known == data.station_names.end()) data.station_names.push_back(id);
+  return number;
+}
+
 Expected<BoardStripes> read_board_stripes(const Capture& capture, const CalibrationInput& input, const CornerView& view,
-                                          std::size_t projector) {
-  const std::string& station = input.stations[view.placement];
+                                          const std::string& station, std::size_t projector) {
   const std::string& camera = input.data.sensors[view.sensor].name;
   auto images = read_stripe_images(capture, camera, station);
   if (!images) return tl::unexpected(images.error());
@@ -92,21 +113,24 @@ Expected<BoardStripes> read_board_stripes(const Capture& capture, const Calibrat
 // Every camera's stripes on every board it found, as observations and as the projector's start.
 Expected<void> add_stripes(const Capture& capture, std::size_t projector, CalibrationInput& input) {
   Progress progress("decoding stripes", input.data.observations.corners.size());
-  for (const CornerView& view : input.data.observations.corners) {
-    auto stripes = read_board_stripes(capture, input, view, projector);
+  for (std::size_t i = 0; i < input.data.observations.corners.size(); ++i) {
+    const CornerView& view = input.data.observations.corners[i];
+    progress.advance();
+    if (!capture.sees_patterns(input.data.sensors[view.sensor].name)) continue;
+    auto stripes = read_board_stripes(capture, input, view, input.corner_stations[i], projector);
     if (!stripes) return tl::unexpected(stripes.error());
     const cv::Mat hull = corner_hull(view.pixels, stripes->readings.white.size());
     std::vector<StripeView> views = stripe_views(*stripes, hull, {});
     if (views.empty()) {
-      return fail(
-          fmt::format("station {}: {} lights none of the board in {}: aim it at the board, or exclude the station",
-                      input.data.placement_names[view.placement], input.data.sensors[projector].name,
-                      input.data.sensors[view.sensor].name));
+      return fail(fmt::format(
+          "station {}: {} lights none of the board in {}: aim it at the board, or exclude the station",
+          input.corner_stations[i], input.data.sensors[projector].name, input.data.sensors[view.sensor].name));
     }
     input.data.pairs.push_back(pixel_pairs(*stripes, hull, {}));
+    input.data.pairs.back().station = view.station;
+    for (StripeView& stripe_view : views) stripe_view.station = view.station;
     std::move(views.begin(), views.end(), std::back_inserter(input.data.observations.stripes));
     input.stripes.push_back(std::move(*stripes));
-    progress.advance();
   }
   return {};
 }
@@ -136,9 +160,10 @@ struct ProjectedSight {
   std::optional<std::string> error;  // of reading the images
 };
 
-ProjectedSight look_for_projected(const Capture& capture, const CalibrationInput& input, const CornerView& view) {
+ProjectedSight look_for_projected(const Capture& capture, const CalibrationInput& input, std::size_t corner_view) {
+  const CornerView& view = input.data.observations.corners[corner_view];
   const auto images =
-      read_projected_board_images(capture, input.data.sensors[view.sensor].name, input.stations[view.placement]);
+      read_projected_board_images(capture, input.data.sensors[view.sensor].name, input.corner_stations[corner_view]);
   if (!images) return {fail(images.error().message), images.error().message};
   const Target& print = input.data.boards[input.data.board_of[view.placement]].target;
   return {detect_projected_board(*images, *capture.projected_chessboard, print, view), {}};
@@ -151,26 +176,31 @@ Expected<void> add_projected_boards(const Capture& capture, std::size_t projecto
   std::vector<std::optional<ProjectedSight>> sights(printed.size());
   Progress progress("detecting the projected chessboard", printed.size());
   parallel_for(printed.size(), threads, [&](std::size_t i) {
-    sights[i] = look_for_projected(capture, input, printed[i]);
+    if (capture.sees_patterns(input.data.sensors[printed[i].sensor].name)) {
+      sights[i] = look_for_projected(capture, input, i);
+    }
     progress.advance();
   });
   for (std::size_t i = 0; i < printed.size(); ++i) {
     const CornerView& view = printed[i];
+    if (!sights[i]) continue;
     if (sights[i]->error) return fail(*sights[i]->error);
     const Expected<ProjectedCorners>& found = sights[i]->corners;
     if (!found) {
-      input.skipped.push_back({input.data.placement_names[view.placement], input.data.sensors[view.sensor].name,
-                               found.error().message, false});
+      input.skipped.push_back(
+          {input.corner_stations[i], input.data.sensors[view.sensor].name, found.error().message, false});
       continue;
     }
-    input.data.pairs.push_back({view.sensor, projector, view.placement, found->camera_pixels, found->projector_pixels});
+    input.data.pairs.push_back(
+        {view.sensor, projector, view.placement, found->camera_pixels, found->projector_pixels, view.station});
     input.data.observations.features.push_back(
-        {projector, view.sensor, view.placement, found->projector_pixels, found->camera_pixels});
+        {projector, view.sensor, view.placement, found->projector_pixels, found->camera_pixels, view.station});
+    input.feature_stations.push_back(input.corner_stations[i]);
   }
-  if (input.data.observations.features.empty() && !printed.empty()) {
+  if (input.data.observations.features.empty() && !input.skipped.empty()) {
     return fail(fmt::format("{}: its chessboard was found at no station; station {}, {}: {}",
-                            input.data.sensors[projector].name, input.data.placement_names[printed.front().placement],
-                            input.data.sensors[printed.front().sensor].name, sights.front()->corners.error().message));
+                            input.data.sensors[projector].name, input.skipped.back().station,
+                            input.skipped.back().sensor, input.skipped.back().reason));
   }
   return {};
 }
@@ -203,7 +233,7 @@ Expected<void> add_projector(const Capture& capture, ProjectorSource source, int
 // A board that one camera found, as an observation of its placement; or the reason why it is left out.
 void add_corners(const Capture& capture, const Sight& sight, const BoardSight& seen, CalibrationInput& input) {
   const std::string& camera = input.data.sensors[sight.sensor].name;
-  const std::string name = placement_name(capture, *sight.station, seen.board);
+  const std::string name = placement_name(capture, *sight.station, seen.board, input.data.sensors);
   const auto found = told_from_others(seen.found, capture.boards[seen.board], *sight.station);
   if (!found) {
     input.skipped.push_back({name, camera, found.error().message, false});
@@ -218,10 +248,73 @@ void add_corners(const Capture& capture, const Sight& sight, const BoardSight& s
   const auto placement = static_cast<std::size_t>(known - names.begin());
   if (known == names.end()) {
     names.push_back(name);
-    input.stations.push_back(sight.station->id);
     input.data.board_of.push_back(seen.board);
   }
-  input.data.observations.corners.push_back({sight.sensor, placement, found->corners, found->pixels});
+  std::optional<std::size_t> station;
+  if (is_tracked(input.data.sensors) && input.data.sensors[sight.sensor].mount == Mount::probe) {
+    station = station_number(sight.station->id, input.data);
+  }
+  input.data.observations.corners.push_back({sight.sensor, placement, found->corners, found->pixels, station});
+  input.corner_stations.push_back(sight.station->id);
+}
+
+// One tracker at one station.
+struct LightSight {
+  std::size_t sensor = 0;
+  const Station* station = nullptr;
+  Expected<Identification> lights = Identification{};
+};
+
+// The LEDs that are told for sure, as observations of the station; the room's by themselves.
+void add_leds(const Capture& capture, const LightSight& sight, CalibrationInput& input) {
+  const std::string& tracker = input.data.sensors[sight.sensor].name;
+  LedView on_probe{sight.sensor, {}, {}, {}}, in_room{sight.sensor, {}, {}, {}};
+  for (const IdentifiedLight& light : sight.lights->leds) {
+    LedView& view = capture.leds[light.led].mount == Mount::probe ? on_probe : in_room;
+    view.leds.push_back(light.led);
+    view.pixels.push_back(light.light.pixel);
+  }
+  for (std::size_t i = 0; i < sight.lights->candidates.size(); ++i) {
+    const std::size_t led = sight.lights->candidates[i].led;
+    if (i > 0 && sight.lights->candidates[i - 1].led == led) continue;
+    input.skipped.push_back(
+        {sight.station->id, tracker,
+         fmt::format("LED {} blinks at several places: a reflection, which only a calibrated rig tells",
+                     capture.leds[led].name),
+         false});
+  }
+  if (!on_probe.leds.empty()) {
+    on_probe.station = station_number(sight.station->id, input.data);
+    input.data.observations.leds.push_back(std::move(on_probe));
+  }
+  if (!in_room.leds.empty()) input.data.observations.leds.push_back(std::move(in_room));
+}
+
+// Everything the trackers see of LEDs.
+Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& input) {
+  if (capture.leds.empty()) return {};
+  const auto code = blink_code_of(capture);
+  if (!code) return tl::unexpected(code.error());
+  for (const CaptureLed& led : capture.leds) input.data.leds.push_back({led.name, {0, 0, 0}, led.mount});
+  std::vector<LightSight> sights;
+  for (const Station& station : capture.stations) {
+    for (std::size_t s = 0; s < input.data.sensors.size(); ++s) {
+      const SensorSpec& sensor = input.data.sensors[s];
+      const bool watches = sensor.mount == Mount::world && capture.took_images(sensor.name, station) &&
+                           capture.find_frame(FrameContent::Kind::leds, sensor.name);
+      if (watches && !capture.exclusion(station.id, sensor.name)) sights.push_back({s, &station});
+    }
+  }
+  Progress progress("reading LEDs", sights.size());
+  parallel_for(sights.size(), threads, [&](std::size_t i) {
+    sights[i].lights = read_lights(capture, *code, input.data.sensors[sights[i].sensor].name, sights[i].station->id);
+    progress.advance();
+  });
+  for (const LightSight& sight : sights) {
+    if (!sight.lights) return tl::unexpected(sight.lights.error());
+    add_leds(capture, sight, input);
+  }
+  return {};
 }
 
 }  // namespace
@@ -242,7 +335,11 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
   for (const Station& station : capture.stations) {
     if (station.boards.empty()) continue;
     for (std::size_t s = 0; s < sensors->size(); ++s) {
-      if ((*sensors)[s].kind != SensorKind::camera) continue;
+      const std::string& name = (*sensors)[s].name;
+      if ((*sensors)[s].kind != SensorKind::camera || !capture.took_images(name, station)) continue;
+      const bool sees_boards =
+          capture.find_frame(FrameContent::Kind::white, name) || capture.find_frame(FrameContent::Kind::ambient, name);
+      if (!sees_boards && (*sensors)[s].mount == Mount::world) continue;
       if (const auto exclusion = capture.exclusion(station.id, (*sensors)[s].name)) {
         input.skipped.push_back({station.id, (*sensors)[s].name, exclusion->reason, true});
         continue;
@@ -261,6 +358,7 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
     for (const BoardSight& seen : sight.boards) add_corners(capture, sight, seen, input);
   }
   input.data.observations.placement_count = input.data.placement_names.size();
+  if (auto read = read_leds(capture, threads, input); !read) return tl::unexpected(read.error());
   if (auto added = add_projector(capture, source, threads, input); !added) return tl::unexpected(added.error());
   return input;
 }

@@ -21,18 +21,21 @@ struct SkippedView {
 
 struct CalibrationInput {
   CalibrationData data;
-  std::vector<std::string> stations;  // of each placement
-  std::vector<BoardStripes> stripes;  // one per camera, projector and placement
+  std::vector<std::string> corner_stations;   // whose image each view of data.observations.corners is of
+  std::vector<std::string> feature_stations;  // likewise of the features
+  std::vector<BoardStripes> stripes;          // one per camera, projector and placement
   std::vector<SkippedView> skipped;
 };
 
 // What the projector is calibrated from; automatic: all of this that the capture has.
 enum class ProjectorSource { automatic, stripes, chessboard };
 
-// Sensors named in `only` (all where it is empty), cameras first. A placement is a board at a station, named after the
-// station and, where the capture has several boards, the board ("07/small"). Fails on an image that cannot be read, and
-// where the capture lacks the projector's source or its chessboard is found nowhere; a board that is not found, printed
-// or projected, only loses its view.
+// Sensors named in `only` (all where it is empty), cameras first. A placement is a board at a station, or at a place
+// that stations share, named after the station or the place and, where the capture has several boards, the board
+// ("07/small"). With sensors fixed to the world beside the probe's, stations are those of a probe that is moved about,
+// and LEDs are read from the trackers' frames; lights that are no LED for sure are left out and named. Fails on an
+// image that cannot be read, and where the capture lacks the projector's source or its chessboard is found nowhere; a
+// board that is not found, printed or projected, only loses its view.
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
                                                   ProjectorSource source, int threads);
 

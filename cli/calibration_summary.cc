@@ -71,6 +71,15 @@ json board_json(const Calibration& calibration, const Board& board) {
           {"scale", board.scale}};
 }
 
+json led_json(const BundleResult& bundle, std::size_t index) {
+  const Led& led = bundle.state.rig.leds[index];
+  const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::led, index}}, bundle.state);
+  const Eigen::Vector3d sigma_mm = covariance.diagonal().cwiseSqrt();
+  return {{"mount", led.mount == Mount::probe ? "probe" : "world"},
+          {"position_mm", {led.position_mm.x(), led.position_mm.y(), led.position_mm.z()}},
+          {"sigma_mm", {sigma_mm.x(), sigma_mm.y(), sigma_mm.z()}}};
+}
+
 json views_json(const Calibration& calibration) {
   json views = json::array();
   for (const ViewSummary& view : calibration.bundle.views) {
@@ -157,6 +166,10 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
         {{"station", view.station}, {"sensor", view.sensor}, {"reason", view.reason}, {"by_hand", view.by_hand}});
   }
   for (const Board& board : state.boards) summary["boards"][board.name] = board_json(calibration, board);
+  for (std::size_t l = 0; l < state.rig.leds.size(); ++l) {
+    summary["leds"][state.rig.leds[l].name] = led_json(calibration.bundle, l);
+  }
+  if (!calibration.station_names.empty()) summary["stations"] = calibration.station_names.size();
   return summary;
 }
 
@@ -187,11 +200,19 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
                           std::sqrt(covariance(row, row)));
     }
     if (shown < names.size()) text += fmt::format("  and {} control points\n", (names.size() - shown) / 2);
-    if (s == 0) continue;
+    if (sensor.sensor_from_mount.translation.isZero() && sensor.sensor_from_mount.rotation.vec().isZero()) continue;
     const Eigen::Vector3d t = sensor.sensor_from_mount.translation;
     const Eigen::Vector3d r = rotation_vector(sensor.sensor_from_mount.rotation) * 180 / std::numbers::pi;
-    text += fmt::format("  from probe: rotation vector {:.4f} {:.4f} {:.4f} deg, translation {:.3f} {:.3f} {:.3f} mm\n",
-                        r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
+    text += fmt::format("  from {}: rotation vector {:.4f} {:.4f} {:.4f} deg, translation {:.3f} {:.3f} {:.3f} mm\n",
+                        sensor.mount == Mount::probe ? "probe" : "world", r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
+  }
+  for (std::size_t l = 0; l < bundle.state.rig.leds.size(); ++l) {
+    const Led& led = bundle.state.rig.leds[l];
+    const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::led, l}}, bundle.state);
+    const Eigen::Vector3d sigma_mm = covariance.diagonal().cwiseSqrt();
+    text += fmt::format("LED {}: {:.3f} {:.3f} {:.3f} +- {:.3f} {:.3f} {:.3f} mm in the {}'s frame\n", led.name,
+                        led.position_mm.x(), led.position_mm.y(), led.position_mm.z(), sigma_mm.x(), sigma_mm.y(),
+                        sigma_mm.z(), led.mount == Mount::probe ? "probe" : "world");
   }
   if (calibration.inflation.corners > 1) {
     text += fmt::format("corners: {:.1f} correlated ones count as one\n", calibration.inflation.corners);

@@ -34,12 +34,12 @@ Arrows arrows_of(const CalibrationInput& input, const Calibration& calibration) 
   Arrows arrows;
   for (std::size_t v = 0; v < observations.corners.size(); ++v) {
     const CornerView& seen = observations.corners[v];
-    add_arrows(views[v], seen.pixels, arrows[{input.stations[seen.placement], seen.sensor}]);
+    add_arrows(views[v], seen.pixels, arrows[{input.corner_stations[v], seen.sensor}]);
   }
   const std::size_t first_feature = observations.corners.size() + observations.stripes.size();
   for (std::size_t v = 0; v < observations.features.size(); ++v) {
     const FeatureView& seen = observations.features[v];
-    add_arrows(views[first_feature + v], seen.camera_pixels, arrows[{input.stations[seen.placement], seen.camera}]);
+    add_arrows(views[first_feature + v], seen.camera_pixels, arrows[{input.feature_stations[v], seen.camera}]);
   }
   return arrows;
 }

@@ -14,6 +14,7 @@ namespace crumple {
 namespace {
 
 constexpr const char* kSchema = "crumple-placements/1";
+constexpr const char* kMovedSchema = "crumple-placements/2";
 constexpr double kFarthestPlacement_mm = 1e6;
 
 PlacedBoard read_board_entry(const YamlValue& value) {
@@ -36,7 +37,7 @@ PlacedBoard read_board_entry(const YamlValue& value) {
   return board;
 }
 
-BoardPlacement read_placement(const YamlValue& value, const std::vector<PlacedBoard>& boards) {
+BoardPlacement read_placement(const YamlValue& value, const std::vector<PlacedBoard>& boards, bool moved) {
   BoardPlacement placement;
   YamlMap map = value.map();
   if (const auto name = map.require("name", "of the placement")) placement.name = name->text();
@@ -46,9 +47,20 @@ BoardPlacement read_placement(const YamlValue& value, const std::vector<PlacedBo
     if (found == boards.end()) board->problem("must be one of the boards above");
     placement.board = static_cast<std::size_t>(found - boards.begin());
   }
-  if (const auto pose = map.require("probe_from_board", "the pose")) placement.probe_from_board = read_pose(*pose);
+  if (const auto pose = map.require(moved ? "world_from_board" : "probe_from_board", "the pose")) {
+    placement.world_from_board = read_pose(*pose);
+  }
   map.finish();
   return placement;
+}
+
+ProbeStation read_station_entry(const YamlValue& value) {
+  ProbeStation station;
+  YamlMap map = value.map();
+  if (const auto name = map.require("name", "of the station")) station.name = name->text();
+  if (const auto pose = map.require("world_from_probe", "the pose")) station.world_from_probe = read_pose(*pose);
+  map.finish();
+  return station;
 }
 
 }  // namespace
@@ -63,11 +75,14 @@ Placements placements_of(const Calibration& calibration, const std::vector<Board
   for (std::size_t p = 0; p < state.world_from_board.size(); ++p) {
     all.placements.push_back({calibration.placement_names[p], state.board_of[p], state.world_from_board[p]});
   }
+  for (std::size_t s = 0; s < state.world_from_probe.size(); ++s) {
+    all.stations.push_back({calibration.station_names[s], state.world_from_probe[s]});
+  }
   return all;
 }
 
 std::string placements_yaml(const Placements& all) {
-  std::string text = fmt::format("schema: {}\nboards:\n", kSchema);
+  std::string text = fmt::format("schema: {}\nboards:\n", all.stations.empty() ? kSchema : kMovedSchema);
   for (const PlacedBoard& board : all.boards) {
     text +=
         fmt::format("  - name: {}\n    target: {{{}}}\n    warp_mm: [{}, {}]\n    warp_estimated: {}\n    scale: {}\n",
@@ -76,8 +91,15 @@ std::string placements_yaml(const Placements& all) {
   }
   text += "placements:\n";
   for (const BoardPlacement& placement : all.placements) {
-    text += fmt::format("  - name: {}\n    board: {}\n    probe_from_board:\n{}", yaml_quoted(placement.name),
-                        yaml_quoted(all.boards[placement.board].name), pose_yaml(placement.probe_from_board, 6));
+    text += fmt::format("  - name: {}\n    board: {}\n    {}:\n{}", yaml_quoted(placement.name),
+                        yaml_quoted(all.boards[placement.board].name),
+                        all.stations.empty() ? "probe_from_board" : "world_from_board",
+                        pose_yaml(placement.world_from_board, 6));
+  }
+  if (!all.stations.empty()) text += "stations:\n";
+  for (const ProbeStation& station : all.stations) {
+    text += fmt::format("  - name: {}\n    world_from_probe:\n{}", yaml_quoted(station.name),
+                        pose_yaml(station.world_from_probe, 6));
   }
   return text;
 }
@@ -88,14 +110,18 @@ Expected<Placements> parse_placements(const std::string& text, const std::string
   YamlProblems problems(file_name);
   Placements all;
   YamlMap map = YamlValue(*root, "", &problems).map();
-  if (const auto schema = map.require("schema", kSchema)) schema->one_of({kSchema});
+  bool moved = false;
+  if (const auto schema = map.require("schema", kSchema)) moved = schema->one_of({kSchema, kMovedSchema}) == kMovedSchema;
   if (const auto boards = map.require("boards", "the list of boards")) {
     for (const YamlValue& board : boards->list()) all.boards.push_back(read_board_entry(board));
   }
   if (const auto placements = map.require("placements", "the list of placements")) {
     for (const YamlValue& placement : placements->list()) {
-      all.placements.push_back(read_placement(placement, all.boards));
+      all.placements.push_back(read_placement(placement, all.boards, moved));
     }
+  }
+  if (const auto stations = moved ? map.require("stations", "the list of stations") : std::nullopt) {
+    for (const YamlValue& station : stations->list()) all.stations.push_back(read_station_entry(station));
   }
   map.finish();
   if (auto error = problems.error()) return tl::unexpected(*error);

@@ -78,6 +78,7 @@ std::vector<SeenAt> places(const Observations& observations) {
   for (const CornerView& view : observations.corners) all.push_back({view.sensor, view.pixels, &view.corners});
   for (const StripeView& view : observations.stripes) all.push_back({view.camera, view.camera_pixels, nullptr});
   for (const FeatureView& view : observations.features) all.push_back({view.camera, view.camera_pixels, nullptr});
+  for (const LedView& view : observations.leds) all.push_back({view.sensor, view.pixels, nullptr});
   return all;
 }
 

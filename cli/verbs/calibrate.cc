@@ -79,6 +79,18 @@ Expected<std::vector<LensChoice>> apply_lens_flag(const CalibrationOptions& opti
   return std::vector<LensChoice>();
 }
 
+// What is not to be had of a probe that is moved about.
+Expected<void> check_system_flags(const CalibrationData& data) {
+  if (data.station_names.empty()) return {};
+  if (FLAGS_lens == "auto") {
+    return fail("--lens=auto takes no trackers: choose with --sensors=..., the probe's or the trackers' alone");
+  }
+  if (FLAGS_cross_validate) {
+    return fail("--cross_validate takes no trackers: cross-validate the probe alone with --sensors=...");
+  }
+  return {};
+}
+
 // What stopped the calibration, with the views it had to do without.
 std::string explained(const std::string& message, const Capture& capture, const std::vector<SkippedView>& skipped) {
   std::string text = fmt::format("{}: {}", capture.description.string(), message);
@@ -104,6 +116,7 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (!folder) return tl::unexpected(folder.error());
   auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
   if (!input) return tl::unexpected(input.error());
+  if (const auto can = check_system_flags(input->data); !can) return usage_error(can.error().message);
   const auto lenses = apply_lens_flag(*options, input->data);
   if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
   const auto calibration = calibrate(input->data, *options);

@@ -18,6 +18,8 @@
 #include "datasets/json_text.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
+#include "datasets/station_pose.h"
+#include "recon/move_cloud.h"
 
 DEFINE_string(rig, "", "folder of the rig");
 DEFINE_string(estimator, "weighted",
@@ -84,7 +86,7 @@ Expected<std::vector<std::string>> chosen_stations(const Capture& capture) {
   if (!named.empty()) return named;
   std::vector<std::string> all, without_board;
   for (const Station& station : capture.stations) {
-    if (capture.exclusion(station.id, "")) continue;
+    if (capture.exclusion(station.id, "") || !station.scan) continue;
     all.push_back(station.id);
     if (station.boards.empty()) without_board.push_back(station.id);
   }
@@ -113,7 +115,7 @@ Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
   if (*projector == nullptr) return fail(fmt::format("{} has no sensor {}", FLAGS_rig, *capture.projector));
   std::vector<Pair> pairs;
   for (const CaptureSensor& wanted : capture.sensors) {
-    if (wanted.kind != SensorKind::camera) continue;
+    if (wanted.kind != SensorKind::camera || !capture.sees_patterns(wanted.name)) continue;
     const auto camera = matching_sensor(wanted, rig);
     if (!camera) return tl::unexpected(camera.error());
     if (*camera == nullptr) {
@@ -134,6 +136,7 @@ struct NamedCloud {
 
   void append(const Cloud& part, const std::string& station) {
     auto& stations = cloud.stations;
+    cloud.frame = part.frame;
     if (stations.empty() || stations.back() != station) stations.push_back(station);
     for (CloudPoint point : part.points) {
       point.station = static_cast<std::uint16_t>(stations.size() - 1);
@@ -145,25 +148,31 @@ struct NamedCloud {
 // Images of one view at a time are in memory. A view fails as a whole: clouds of one run show the same stations.
 class Reconstructor {
  public:
-  Reconstructor(const Capture& capture, const Choices& choices) : capture_(capture), choices_(choices) {
+  Reconstructor(const Capture& capture, const Rig& rig, const Choices& choices)
+      : capture_(capture), rig_(rig), choices_(choices), tracked_(is_tracked(capture, rig)) {
     for (const NamedEstimator& named : choices.estimators) {
       reconstruction.estimators.push_back(named.name);
       clouds.push_back({named.name, {}});
     }
   }
 
+  // To be called before add() of a station: where the probe was, if it is tracked.
+  void go_to(const std::string& station) {
+    if (tracked_) where_ = station_pose(capture_, rig_, station);
+  }
+
   void add(const std::string& station, const Pair& pair) {
     if (const auto exclusion = capture_.exclusion(station, pair.camera)) {
       return log_line(fmt::format("station {}, {} is excluded: {}", station, pair.camera, exclusion->reason));
     }
-    const auto parts = reconstruct(station, pair);
+    const auto parts = where_ ? reconstruct(station, pair) : tl::unexpected(where_.error());
     if (!parts) {
       reconstruction.failed.push_back({station, pair.camera, parts.error().message});
       return;
     }
     for (std::size_t i = 0; i < parts->size(); ++i) {
       const StationCloud& part = (*parts)[i];
-      clouds[i].append(part.cloud, station);
+      clouds[i].append(tracked_ ? moved(part.cloud, where_->pose.world_from_probe, "world") : part.cloud, station);
       reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
                                       part.decoded_fraction, part.median_sigma_mm, part.orientations});
     }
@@ -190,7 +199,10 @@ class Reconstructor {
   }
 
   const Capture& capture_;
+  const Rig& rig_;
   const Choices& choices_;
+  bool tracked_;
+  Expected<Constellation> where_ = Constellation{};
 };
 
 // Deviations per cloud; empty without --truth.
@@ -266,10 +278,11 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
 
-  Reconstructor work(*capture, *choices);
+  Reconstructor work(*capture, *rig, *choices);
   {
     Progress progress("reconstructing", stations->size() * pairs->size());
     for (const std::string& station : *stations) {
+      work.go_to(station);
       for (const Pair& pair : *pairs) {
         work.add(station, pair);
         progress.advance();
@@ -302,7 +315,8 @@ Verb reconstruct_verb() {
       .purpose = "compute a cloud with uncertainty from a capture and its rig",
       .usage = "CAPTURE.yaml --rig=DIR --out=DIR [--flags]",
       .description =
-          "Reconstructs every camera that the rig knows, station after station, in the probe frame. Writes "
+          "Reconstructs every camera that the rig knows, station after station: in the probe frame or, where trackers "
+          "watch the probe's LEDs, in the world frame. Writes "
           "cloud.ply by the first estimator, cloud_NAME.ply by each further one, picture.png and summary.json. "
           "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
           "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "

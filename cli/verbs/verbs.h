@@ -11,6 +11,7 @@ Verb patterns_verb();
 Verb simulate_verb();
 Verb check_verb();
 Verb calibrate_verb();
+Verb track_verb();
 Verb reconstruct_verb();
 Verb export_verb();
 Verb import_verb();

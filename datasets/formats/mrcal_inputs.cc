@@ -52,6 +52,9 @@ Expected<PlacedBoard> board_for_mrcal(const Placements& placements) {
 
 Expected<std::vector<MrcalView>> views_for_mrcal(const CalibrationRecord& record, const std::vector<Sensor>& cameras,
                                                  std::vector<Pose>& probe_from_board) {
+  if (!record.placements.stations.empty()) {
+    return fail("the probe was moved about between trackers, which mrcal's inputs have no place for");
+  }
   std::vector<MrcalView> views;
   for (const BoardPlacement& placement : record.placements.placements) {
     const std::size_t before = views.size();
@@ -61,7 +64,7 @@ Expected<std::vector<MrcalView>> views_for_mrcal(const CalibrationRecord& record
         views.push_back({static_cast<std::int32_t>(probe_from_board.size()), static_cast<std::int32_t>(c), &view});
       }
     }
-    if (views.size() > before) probe_from_board.push_back(placement.probe_from_board);
+    if (views.size() > before) probe_from_board.push_back(placement.world_from_board);
   }
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const bool seen = std::any_of(views.begin(), views.end(),

@@ -33,7 +33,7 @@ TEST(PlacementsVersions, OneIsRead) {
   const Placements& placements = (*record)->placements;
   EXPECT_EQ(placements.boards.at(0).warp_mm.x(), 0.1811622256744434);
   EXPECT_EQ(placements.placements.at(1).name, "board_02");
-  EXPECT_EQ(placements.placements.at(1).probe_from_board.translation.z(), 743.7271500499859);
+  EXPECT_EQ(placements.placements.at(1).world_from_board.translation.z(), 743.7271500499859);
   EXPECT_EQ((*record)->corners.size(), 1U);
 }
 

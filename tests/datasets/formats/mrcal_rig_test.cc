@@ -169,8 +169,8 @@ TEST_F(CalibrationRecordFiles, AreReadBackExactly) {
   ASSERT_EQ(placements.placements.size(), 12U);
   EXPECT_EQ(placements.placements[2].name, "two, \"bent\"");
   for (std::size_t p = 0; p < 12; ++p) {
-    EXPECT_EQ(placements.placements[p].probe_from_board.translation, state.world_from_board[p].translation);
-    EXPECT_EQ(placements.placements[p].probe_from_board.rotation.coeffs(), state.world_from_board[p].rotation.coeffs());
+    EXPECT_EQ(placements.placements[p].world_from_board.translation, state.world_from_board[p].translation);
+    EXPECT_EQ(placements.placements[p].world_from_board.rotation.coeffs(), state.world_from_board[p].rotation.coeffs());
   }
   EXPECT_EQ(placements.boards[0].target.pitch_mm, 30);
   EXPECT_EQ(placements.boards[0].warp_mm, state.boards[0].warp_mm);

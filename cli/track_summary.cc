@@ -1,0 +1,98 @@
+#include "cli/track_summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace crumple {
+namespace {
+
+using nlohmann::json;
+
+std::size_t left_out(const ProbePose& pose) {
+  return static_cast<std::size_t>(
+      std::count_if(pose.residuals.begin(), pose.residuals.end(), [](const LedResidual& r) { return !r.used; }));
+}
+
+// Of the pose as a whole: the root of the covariance's trace.
+double sigma_deg(const ProbePose& pose) {
+  return std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) * 180 / std::numbers::pi;
+}
+double sigma_mm(const ProbePose& pose) { return std::sqrt(pose.covariance.bottomRightCorner<3, 3>().trace()); }
+
+json pose_json(const Rig& rig, const Constellation& found) {
+  const Pose& pose = found.pose.world_from_probe;
+  json result{{"quaternion_wxyz", {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z()}},
+              {"translation_mm", {pose.translation.x(), pose.translation.y(), pose.translation.z()}},
+              {"sigma_deg", sigma_deg(found.pose)},
+              {"sigma_mm", sigma_mm(found.pose)},
+              {"chi_square", found.pose.chi_square},
+              {"redundancy", found.pose.redundancy},
+              {"left_out", json::array()},
+              {"refused_lights", json::array()}};
+  for (const LedResidual& residual : found.pose.residuals) {
+    if (residual.used) continue;
+    result["left_out"].push_back({{"led", rig.leds[residual.led].name},
+                                  {"sensor", rig.sensors[residual.sensor].name},
+                                  {"residual_px", {residual.residual_px.x(), residual.residual_px.y()}}});
+  }
+  for (const RefusedLight& light : found.refused) {
+    result["refused_lights"].push_back({{"sensor", rig.sensors[light.sensor].name},
+                                        {"pixel", {light.light.pixel.x(), light.light.pixel.y()}},
+                                        {"reason", light.reason}});
+  }
+  return result;
+}
+
+}  // namespace
+
+json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations) {
+  json summary{{"schema", "crumple-track-summary/1"}, {"stations", json::object()}, {"failed", json::array()}};
+  for (const TrackedStation& station : stations) {
+    if (station.found) {
+      summary["stations"][station.station] = pose_json(rig, *station.found);
+    } else {
+      summary["failed"].push_back({{"id", station.station}, {"reason", station.found.error().message}});
+    }
+  }
+  return summary;
+}
+
+std::string track_text(const std::vector<TrackedStation>& stations) {
+  std::string text;
+  for (const TrackedStation& station : stations) {
+    if (!station.found) {
+      text += fmt::format("failed: {}\n", station.found.error().message);
+      continue;
+    }
+    const ProbePose& pose = station.found->pose;
+    text += fmt::format("{}: {} readings, {} left out, chi-square {:.1f} of {}; sigma {:.3f} deg, {:.2f} mm\n",
+                        station.station, pose.residuals.size(), left_out(pose), pose.chi_square, pose.redundancy,
+                        sigma_deg(pose), sigma_mm(pose));
+  }
+  return text;
+}
+
+std::string poses_csv(const std::vector<TrackedStation>& stations) {
+  std::string text = "station,x_mm,y_mm,z_mm,qx,qy,qz,qw";
+  for (int i = 0; i < 6; ++i) {
+    for (int k = i; k < 6; ++k) text += fmt::format(",c{}{}", i, k);
+  }
+  text += "\n";
+  for (const TrackedStation& station : stations) {
+    if (!station.found) continue;
+    const Pose& pose = station.found->pose.world_from_probe;
+    text +=
+        fmt::format("{},{},{},{},{},{},{},{}", station.station, pose.translation.x(), pose.translation.y(),
+                    pose.translation.z(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z(), pose.rotation.w());
+    for (int i = 0; i < 6; ++i) {
+      for (int k = i; k < 6; ++k) text += fmt::format(",{}", station.found->pose.covariance(i, k));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace crumple

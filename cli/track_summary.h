@@ -1,0 +1,25 @@
+// What `crumple track` says of the stations: poses.csv, summary.json (docs/formats.md) and a page of text.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "tracking/constellation.h"
+
+namespace crumple {
+
+struct TrackedStation {
+  std::string station;
+  Expected<Constellation> found;
+};
+
+nlohmann::json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations);
+std::string track_text(const std::vector<TrackedStation>& stations);
+
+// station, x_mm, y_mm, z_mm, qx, qy, qz, qw and the upper triangle of the pose's covariance, rows rotation x y z (rad),
+// then translation x y z (mm): world_from_probe of those that were found.
+std::string poses_csv(const std::vector<TrackedStation>& stations);
+
+}  // namespace crumple

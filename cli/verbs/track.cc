@@ -1,0 +1,99 @@
+// track: capture + rig -> the probe's pose at every station.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include "cli/flags.h"
+#include "cli/progress.h"
+#include "cli/record.h"
+#include "cli/track_summary.h"
+#include "cli/verbs/verbs.h"
+#include "datasets/json_text.h"
+#include "datasets/output_folder.h"
+#include "datasets/rig_file.h"
+#include "datasets/station_pose.h"
+
+DECLARE_string(rig);
+
+namespace crumple {
+namespace {
+
+// The named stations, else all at which trackers took images.
+Expected<std::vector<std::string>> tracked_stations(const Capture& capture) {
+  const std::vector<std::string> named = parse_names(FLAGS_stations);
+  for (const std::string& id : named) {
+    if (capture.station(id) == nullptr) {
+      return fail(fmt::format("--stations: {} has no station {}", capture.description.string(), id));
+    }
+  }
+  if (!named.empty()) return named;
+  std::vector<std::string> all;
+  for (const Station& station : capture.stations) {
+    if (station.trackers && !capture.exclusion(station.id, "")) all.push_back(station.id);
+  }
+  return all;
+}
+
+Expected<VerbResult> run_track(const VerbContext& context) {
+  const auto capture = read_capture(context.inputs.front(), images_folder());
+  if (!capture) return tl::unexpected(capture.error());
+  const auto rig = read_rig(FLAGS_rig);
+  if (!rig) return tl::unexpected(rig.error());
+  if (!is_tracked(*capture, *rig)) {
+    return fail(fmt::format("{} and {}: a probe is tracked by LEDs that both describe", capture->description.string(),
+                            FLAGS_rig));
+  }
+  const auto stations = tracked_stations(*capture);
+  if (!stations) return tl::unexpected(stations.error());
+  auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
+  if (!folder) return tl::unexpected(folder.error());
+
+  std::vector<TrackedStation> tracked;
+  {
+    Progress progress("tracking", stations->size());
+    for (const std::string& station : *stations) {
+      tracked.push_back({station, station_pose(*capture, *rig, station)});
+      progress.advance();
+    }
+  }
+  VerbResult result;
+  result.document = track_summary(*rig, tracked);
+  result.text = track_text(tracked);
+  const auto failed = std::count_if(tracked.begin(), tracked.end(), [](const TrackedStation& t) { return !t.found; });
+  if (failed == static_cast<std::ptrdiff_t>(tracked.size())) return fail("no station could be tracked\n" + result.text);
+  result.exit_code = failed == 0 ? ExitCode::done : ExitCode::part_of_batch_failed;
+  const auto written =
+      write_file(*folder / "poses.csv", poses_csv(tracked))
+          .and_then([&] { return json_text(result.document); })
+          .and_then([&](const std::string& text) { return write_file(*folder / "summary.json", text); })
+          .and_then([&] {
+            std::vector<std::filesystem::path> inputs = capture_files(*capture);
+            inputs.emplace_back(FLAGS_rig);
+            return commit_with_record(*folder, context, inputs);
+          });
+  if (!written) return tl::unexpected(written.error());
+  return result;
+}
+
+}  // namespace
+
+Verb track_verb() {
+  return {
+      .name = "track",
+      .purpose = "find the probe's pose at every station from its LEDs",
+      .usage = "CAPTURE.yaml --rig=DIR --out=DIR [--flags]",
+      .description =
+          "Finds the spots in every tracker's frames, tells the LEDs by the words they blink, and poses the probe from "
+          "the pixels of all trackers at once, with its covariance. Writes poses.csv (world_from_probe of each "
+          "station) "
+          "and summary.json. Exit code 5 where some stations failed and the others are written.",
+      .example =
+          "$ crumple track door/capture.yaml --rig=rig --out=poses\n"
+          "door_1: 10 readings, 0 left out, chi-square 14.2 of 14; sigma 0.021 deg, 0.32 mm\n",
+      .min_inputs = 1,
+      .max_inputs = 1,
+      .flags = {"rig", "out", "images", "stations", "overwrite", "json"},
+      .required = {"rig", "out"},
+      .run = run_track};
+}
+
+}  // namespace crumple

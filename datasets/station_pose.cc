@@ -1,0 +1,58 @@
+#include "datasets/station_pose.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "datasets/led_images.h"
+
+namespace crumple {
+namespace {
+
+// The rig's index of each of the capture's LEDs.
+Expected<std::vector<std::size_t>> rig_leds(const Capture& capture, const Rig& rig) {
+  std::vector<std::size_t> indices;
+  for (const CaptureLed& led : capture.leds) {
+    const auto found = std::find_if(rig.leds.begin(), rig.leds.end(), [&](const Led& l) { return l.name == led.name; });
+    if (found == rig.leds.end()) {
+      return fail(fmt::format("the rig has no LED {}: is it another probe's?", led.name));
+    }
+    if (found->mount != led.mount) {
+      return fail(
+          fmt::format("LED {} is on the probe for one of capture and rig and in the room for the other", led.name));
+    }
+    indices.push_back(static_cast<std::size_t>(found - rig.leds.begin()));
+  }
+  return indices;
+}
+
+}  // namespace
+
+bool is_tracked(const Capture& capture, const Rig& rig) {
+  const bool any_led =
+      std::any_of(rig.leds.begin(), rig.leds.end(), [](const Led& led) { return led.mount == Mount::probe; });
+  return any_led && !capture.leds.empty() && !capture.tracker_frames.empty();
+}
+
+Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station) {
+  const auto code = blink_code_of(capture);
+  if (!code) return tl::unexpected(code.error());
+  const auto leds = rig_leds(capture, rig);
+  if (!leds) return tl::unexpected(leds.error());
+  const Station& where = *capture.station(station);
+  std::vector<TrackerLights> trackers;
+  for (const CaptureSensor& sensor : capture.sensors) {
+    const auto index = rig.find(sensor.name);
+    if (sensor.mount != Mount::world || !index || !capture.took_images(sensor.name, where)) continue;
+    if (capture.exclusion(station, sensor.name) || !capture.find_frame(FrameContent::Kind::leds, sensor.name)) continue;
+    auto lights = read_lights(capture, *code, sensor.name, station);
+    if (!lights) return tl::unexpected(lights.error());
+    trackers.push_back({*index, std::move(*lights)});
+  }
+  if (trackers.empty()) return fail(fmt::format("station {}: no tracker of the rig took images there", station));
+  auto settled = settle_constellation(rig, trackers, *leds);
+  if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
+  return settled;
+}
+
+}  // namespace crumple

@@ -1,0 +1,21 @@
+// Where the probe was at a station of a capture, from the trackers' images and a rig.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "datasets/capture.h"
+#include "solvers/expected.h"
+#include "tracking/constellation.h"
+
+namespace crumple {
+
+// Whether the rig's probe is tracked and the capture shows its LEDs: then its clouds can be put into the world.
+bool is_tracked(const Capture& capture, const Rig& rig);
+
+// From all trackers that the rig knows and that took images there; what capture.yaml excludes is left out. Fails,
+// naming the station, on LEDs that the rig does not have, on an image that cannot be read, and where the lights give no
+// pose.
+Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station);
+
+}  // namespace crumple
