@@ -149,8 +149,9 @@ std::string led_table(const BlinkCode& code, const char* between) {
   std::string table;
   for (std::size_t led = 0; led < code.size(); ++led) {
     table += fmt::format("{}", led);
-    for (int frame = 0; frame < code.length(); ++frame)
+    for (int frame = 0; frame < code.length(); ++frame) {
       table += fmt::format("{}{}", between, int(code.lit(led, frame)));
+    }
     table += "\n";
   }
   return table;
@@ -200,49 +201,49 @@ Expected<VerbResult> run_patterns(const VerbContext& context) {
 }  // namespace
 
 Verb patterns_verb() {
-  return {
-      .name = "patterns",
-      .purpose = "draw the stripe images a projector is to show, the board to print, or the LEDs' words",
-      .usage =
-          "--width_px=N --height_px=N --out=DIR [--flags]\n  crumple patterns --board --out=DIR [--flags]\n"
-          "  crumple patterns --led --out=DIR [--flags]",
-      .description =
-          "Writes numbered PNG images in the order to show them (white, black, then the stripes of each "
-          "orientation, coarsest first) and patterns.yaml, which lists them in the form capture.yaml "
-          "takes. With --board: board.pdf, to be printed at 100 % and checked with a ruler. With --led: leds.csv, the "
-          "words that the LEDs are to blink in step, over and over, one state per frame of the trackers.",
-      .example =
-          "$ crumple patterns --width_px=1024 --height_px=768 --out=patterns\n"
-          "42 images in patterns\n"
-          "    0.00 deg: 10 bits, stripes of 1 px\n"
-          "   90.00 deg: 10 bits, stripes of 1 px\n",
-      .min_inputs = 0,
-      .max_inputs = 0,
-      .flags = {"out",
-                "width_px",
-                "height_px",
-                "orientations_deg",
-                "stripe_width_px",
-                "bits",
-                "code_offset",
-                "inverse",
-                "board",
-                "board_kind",
-                "board_columns",
-                "board_rows",
-                "board_pitch_mm",
-                "board_mark_mm",
-                "board_dictionary",
-                "board_first_id",
-                "board_staggered",
-                "led",
-                "led_count",
-                "led_length",
-                "paper",
-                "overwrite",
-                "json"},
-      .required = {"out"},
-      .run = run_patterns};
+  return {.name = "patterns",
+          .purpose = "draw the stripe images a projector is to show, the board to print, or LED words",
+          .usage =
+              "--width_px=N --height_px=N --out=DIR [--flags]\n  crumple patterns --board --out=DIR [--flags]\n"
+              "  crumple patterns --led --out=DIR [--flags]",
+          .description =
+              "Writes numbered PNG images in the order to show them (white, black, then the stripes of each "
+              "orientation, coarsest first) and patterns.yaml, which lists them in the form capture.yaml "
+              "takes. With --board: board.pdf, to be printed at 100 % and checked with a ruler. With --led: "
+              "leds.csv, the words that the probe's LEDs are to blink in step, over and over, one state per "
+              "frame of the trackers.",
+          .example =
+              "$ crumple patterns --width_px=1024 --height_px=768 --out=patterns\n"
+              "42 images in patterns\n"
+              "    0.00 deg: 10 bits, stripes of 1 px\n"
+              "   90.00 deg: 10 bits, stripes of 1 px\n",
+          .min_inputs = 0,
+          .max_inputs = 0,
+          .flags = {"out",
+                    "width_px",
+                    "height_px",
+                    "orientations_deg",
+                    "stripe_width_px",
+                    "bits",
+                    "code_offset",
+                    "inverse",
+                    "board",
+                    "board_kind",
+                    "board_columns",
+                    "board_rows",
+                    "board_pitch_mm",
+                    "board_mark_mm",
+                    "board_dictionary",
+                    "board_first_id",
+                    "board_staggered",
+                    "led",
+                    "led_count",
+                    "led_length",
+                    "paper",
+                    "overwrite",
+                    "json"},
+          .required = {"out"},
+          .run = run_patterns};
 }
 
 }  // namespace crumple
