@@ -1,6 +1,8 @@
 #include "tracking/probe_pose.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <set>
@@ -49,6 +51,26 @@ double cut_sum(const std::vector<LedSighting>& sightings, const Pose& pose, doub
     sum += evaluate(s, pose, at) ? std::min(gate, at.residual_px.dot(s.information * at.residual_px)) : gate;
   }
   return sum;
+}
+
+// By a Cauchy loss that narrows from half of the median residual: at its final width at once, a start that wrong
+// readings have pulled away would be held by whatever happens to be near.
+std::optional<PoseFit> robust_fit(const std::vector<LedSighting>& sightings, const Pose& start) {
+  std::vector<double> squares;
+  SightingResidual at;
+  for (const LedSighting& s : sightings) {
+    if (evaluate(s, start, at)) squares.push_back(at.residual_px.dot(s.information * at.residual_px));
+  }
+  if (squares.empty()) return std::nullopt;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  std::optional<PoseFit> fit = PoseFit{.world_from_probe = start};
+  const Used all(sightings.size(), 1);
+  for (double scale = std::max(kCauchyScale, std::sqrt(*middle) / 2); fit; scale = std::max(kCauchyScale, scale / 4)) {
+    fit = fit_pose(sightings, all, fit->world_from_probe, {.cauchy_scale = scale});
+    if (scale <= kCauchyScale) break;
+  }
+  return fit;
 }
 
 struct Candidate {
@@ -114,8 +136,7 @@ std::optional<Candidate> gated(const std::vector<LedSighting>& sightings, const 
 std::optional<Candidate> nearly_undoubted(const std::vector<LedSighting>& sightings, const std::vector<Pose>& starts,
                                           double gate) {
   if (starts.empty()) return std::nullopt;
-  const Used all(sightings.size(), 1);
-  const auto robust = fit_pose(sightings, all, starts.front(), {.cauchy_scale = kCauchyScale});
+  const auto robust = robust_fit(sightings, starts.front());
   if (!robust) return std::nullopt;
   auto found = gated(sightings, *robust, gate);
   if (found && kFewLeftOut * (sightings.size() - count_used(found->used)) <= sightings.size()) return found;
@@ -131,9 +152,7 @@ std::optional<Candidate> consensus(const std::vector<LedSighting>& sightings, st
   std::sort(order.begin(), order.end());
   std::optional<Candidate> best;
   for (std::size_t i = 0; i < std::min(kRefinedStarts, order.size()); ++i) {
-    const Used all(sightings.size(), 1);
-    const Pose& start = starts[order[i].second];
-    const auto robust = fit_pose(sightings, all, start, {.cauchy_scale = kCauchyScale});
+    const auto robust = robust_fit(sightings, starts[order[i].second]);
     if (!robust) continue;
     const auto candidate = gated(sightings, *robust, gate);
     if (!candidate) continue;

@@ -20,7 +20,8 @@ struct Background {
 
 // Median, and how far the 16th percentile lies below it.
 Background background_of(const cv::Mat& image, int block_px) {
-  const int rows = std::max(1, image.rows / block_px), columns = std::max(1, image.cols / block_px);
+  const int side = std::max(8, block_px);
+  const int rows = std::max(1, image.rows / side), columns = std::max(1, image.cols / side);
   cv::Mat level(rows, columns, CV_32F), sigma(rows, columns, CV_32F);
   std::vector<float> values;
   for (int r = 0; r < rows; ++r) {

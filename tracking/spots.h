@@ -26,7 +26,7 @@ struct SpotOptions {
   double contrast = 0.06;           // the least above the background, as a share of the image's range
   double noise_sigmas = 6;          // and in units of the background's noise
   double saturation = 0.98;         // share of the image's range from which on a pixel is not trusted
-  int block_px = 32;                // of the background
+  int block_px = 32;                // of the background, 8 or more
   int fewest_pixels = 3;            // fewer are a hot pixel
   int most_pixels = 400;            // more are a lamp or a window
   double largest_elongation = 2.0;  // ratio of the axes of its second moments

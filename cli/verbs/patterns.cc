@@ -1,4 +1,5 @@
-// patterns: projector size and stripe orientations -> images to project; or the calibration board -> a PDF to print.
+// patterns: projector size and stripe orientations -> images to project; or the calibration board -> a PDF to print; or
+// the words that the probe's LEDs blink -> a table for their controller.
 #include <cmath>
 
 #include <fmt/core.h>
@@ -12,6 +13,7 @@
 #include "datasets/output_folder.h"
 #include "datasets/pattern_files.h"
 #include "datasets/target_yaml.h"
+#include "tracking/blink_code.h"
 
 DEFINE_int32(width_px, 0, "width of the projector's panel, px; not needed with --board");
 DEFINE_int32(height_px, 0, "height of the projector's panel, px; not needed with --board");
@@ -31,6 +33,9 @@ DEFINE_double(board_mark_mm, 0,
 DEFINE_string(board_dictionary, "", "of the markers, such as 5X5_100; empty: 5X5_250 or, of apriltag, APRILTAG_36h11");
 DEFINE_int32(board_first_id, 0, "number of the first marker: boards in one capture must not share any");
 DEFINE_bool(board_staggered, false, "dots: every second row shifted by half a pitch");
+DEFINE_bool(led, false, "make the words that the probe's LEDs blink instead, a table for their controller");
+DEFINE_int32(led_count, 8, "LEDs on the probe");
+DEFINE_int32(led_length, 18, "frames of a word: 8 to 24");
 DEFINE_string(paper, "auto", "auto, A4, A3, A2, A1, A0, or width x height in mm such as 400x300");
 
 namespace crumple {
@@ -139,7 +144,57 @@ Expected<VerbResult> draw_board(const VerbContext& context) {
   return result;
 }
 
+// One line per LED: its number, and 1 or 0 for each frame of the word.
+std::string led_table(const BlinkCode& code, const char* between) {
+  std::string table;
+  for (std::size_t led = 0; led < code.size(); ++led) {
+    table += fmt::format("{}", led);
+    for (int frame = 0; frame < code.length(); ++frame) {
+      table += fmt::format("{}{}", between, int(code.lit(led, frame)));
+    }
+    table += "\n";
+  }
+  return table;
+}
+
+std::string led_csv(const BlinkCode& code) {
+  std::string header = "led";
+  for (int frame = 0; frame < code.length(); ++frame) header += fmt::format(",frame_{}", frame);
+  return header + "\n" + led_table(code, ",");
+}
+
+Expected<VerbResult> write_led_words(const VerbContext& context) {
+  if (FLAGS_board) return usage_error("--led and --board make different things: give one of them.");
+  if (FLAGS_led_count < 1) return usage_error("--led_count has to be 1 or more.");
+  const auto code = BlinkCode::generate(static_cast<std::size_t>(FLAGS_led_count), FLAGS_led_length);
+  if (!code) return usage_error(code.error().message);
+  auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
+  if (!folder) return tl::unexpected(folder.error());
+  if (auto written = write_file(*folder / "leds.csv", led_csv(*code)); !written) return tl::unexpected(written.error());
+  if (auto committed = commit_with_record(*folder, context); !committed) return tl::unexpected(committed.error());
+  VerbResult result;
+  result.text = fmt::format(
+      "{}/leds.csv: {} words of {} frames; any two differ in {} frames or more, and in {} or more from any other "
+      "start\n"
+      "LED, then its state in each frame\n{}",
+      FLAGS_out, code->size(), code->length(), code->distance_in_step(), code->distance(), led_table(*code, " "));
+  nlohmann::json words = nlohmann::json::array();
+  for (std::size_t led = 0; led < code->size(); ++led) {
+    std::vector<int> states;
+    for (int frame = 0; frame < code->length(); ++frame) states.push_back(code->lit(led, frame));
+    words.push_back(states);
+  }
+  result.document = {{"out", FLAGS_out},
+                     {"file", "leds.csv"},
+                     {"length", code->length()},
+                     {"distance", code->distance()},
+                     {"distance_in_step", code->distance_in_step()},
+                     {"words", words}};
+  return result;
+}
+
 Expected<VerbResult> run_patterns(const VerbContext& context) {
+  if (FLAGS_led) return write_led_words(context);
   return FLAGS_board ? draw_board(context) : draw_stripes_for_projector(context);
 }
 
@@ -147,12 +202,16 @@ Expected<VerbResult> run_patterns(const VerbContext& context) {
 
 Verb patterns_verb() {
   return {.name = "patterns",
-          .purpose = "draw the stripe images a projector is to show, or the board to print",
-          .usage = "--width_px=N --height_px=N --out=DIR [--flags]\n  crumple patterns --board --out=DIR [--flags]",
+          .purpose = "draw the stripe images a projector is to show, the board to print, or LED words",
+          .usage =
+              "--width_px=N --height_px=N --out=DIR [--flags]\n  crumple patterns --board --out=DIR [--flags]\n"
+              "  crumple patterns --led --out=DIR [--flags]",
           .description =
               "Writes numbered PNG images in the order to show them (white, black, then the stripes of each "
               "orientation, coarsest first) and patterns.yaml, which lists them in the form capture.yaml "
-              "takes. With --board: board.pdf, to be printed at 100 % and checked with a ruler.",
+              "takes. With --board: board.pdf, to be printed at 100 % and checked with a ruler. With --led: "
+              "leds.csv, the words that the probe's LEDs are to blink in step, over and over, one state per "
+              "frame of the trackers.",
           .example =
               "$ crumple patterns --width_px=1024 --height_px=768 --out=patterns\n"
               "42 images in patterns\n"
@@ -177,6 +236,9 @@ Verb patterns_verb() {
                     "board_dictionary",
                     "board_first_id",
                     "board_staggered",
+                    "led",
+                    "led_count",
+                    "led_length",
                     "paper",
                     "overwrite",
                     "json"},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -23,8 +24,8 @@ struct PointEquations {
 
 // No value where a sensor does not project the point.
 std::optional<PointEquations> point_equations(const std::vector<Sighting>& sightings,
-                                           const std::vector<Eigen::Matrix2d>& weights,
-                                           const Eigen::Vector3d& point_mm) {
+                                              const std::vector<Eigen::Matrix2d>& weights,
+                                              const Eigen::Vector3d& point_mm) {
   PointEquations sum;
   std::vector<double> d_u, d_v;
   for (std::size_t i = 0; i < sightings.size(); ++i) {

@@ -98,5 +98,31 @@ TEST(PatternsVerb, WarnsOfABoardThatLooksTheSameUpsideDown) {
   EXPECT_TRUE(std::filesystem::exists(home / "out/board.pdf"));
 }
 
+TEST(PatternsVerb, LedWordsForTheController) {
+  const TemporaryFolder home;
+  const std::string out = "--out='" + (home / "leds").string() + "' ";
+  const ProgramRun run = run_program("patterns --led --led_count=5 --led_length=16 --json " + out);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json document = json::parse(run.out);
+  ASSERT_EQ(document["words"].size(), 5u);
+  EXPECT_EQ(document["words"][4].size(), 16u);
+  EXPECT_GE(document["distance"], 4);
+  std::string table = "led";
+  for (int frame = 0; frame < 16; ++frame) table += ",frame_" + std::to_string(frame);
+  for (std::size_t led = 0; led < 5; ++led) {
+    table += "\n" + std::to_string(led);
+    for (const json& state : document["words"][led]) table += "," + std::to_string(state.get<int>());
+  }
+  EXPECT_EQ(content_of(home / "leds/leds.csv"), table + "\n");
+  const ProgramRun text = run_program("patterns --led --overwrite " + out);
+  EXPECT_THAT(text.out, HasSubstr("8 words of 18 frames; any two differ in 8 frames or more, and in 6 or more"));
+}
+
+TEST(PatternsVerb, LedWordsThatCannotBeAreUsageErrors) {
+  EXPECT_THAT(run_program("patterns --led --led_count=40 --led_length=12 --out=x").err, HasSubstr("take longer words"));
+  EXPECT_EQ(run_program("patterns --led --led_length=40 --out=x").exit_code, 2);
+  EXPECT_EQ(run_program("patterns --led --board --out=x").exit_code, 2);
+}
+
 }  // namespace
 }  // namespace crumple

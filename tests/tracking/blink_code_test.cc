@@ -96,6 +96,25 @@ TEST(BlinkCode, OneLedAloneIsToldFromAnyPhase) {
   }
 }
 
+// Nor where missing frames leave the start phase open.
+TEST(BlinkCode, TwoErrorsOfOneLedAloneAreNeverWrong) {
+  const BlinkCode code = BlinkCode::generate(8, 18).value();
+  std::mt19937 random(7);
+  int told = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const std::size_t led = random() % 8;
+    BlinkReading reading = exact_readings(code, static_cast<int>(random() % 18), 18)[led];
+    for (int errors = 0; errors < 2; ++errors) flip(reading[random() % 18]);
+    for (BlinkState& state : reading) {
+      if (random() % 5 < 2) state = BlinkState::missing;
+    }
+    const BlinkDecoded decoded = decode_blinks(code, {reading}).leds[0];
+    EXPECT_TRUE(!decoded.led || *decoded.led == led);
+    told += decoded.led.has_value();
+  }
+  EXPECT_GT(told, 200);
+}
+
 TEST(BlinkCode, ErasuresTakeDistanceAndAreRefusedWhereTooMany) {
   const BlinkCode code = BlinkCode::generate(8, 18).value();
   std::mt19937 random(5);

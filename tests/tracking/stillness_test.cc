@@ -24,13 +24,13 @@ TEST(Stillness, NothingMovedIsBelieved) {
   EXPECT_NEAR(chi_square / 400, 1, 0.02);
 }
 
-// 0.12 mm sideways at 3 m, seen with a sigma of 0.05 px.
-TEST(Stillness, AShiftOfATenthOfAPixelIsSeen) {
+// 0.2 mm sideways at 3 m, three sigmas of a pixel.
+TEST(Stillness, AShiftOfThreeSigmasIsSeen) {
   const MadeStation station = make_station({});
   std::mt19937 random(2);
   LedReadings later = with_noise(station.readings, random);
   for (LedReading& reading : later) {
-    for (Eigen::Vector2d& pixel : reading.view.pixels) pixel.x() += 0.1;
+    for (Eigen::Vector2d& pixel : reading.view.pixels) pixel.x() += 0.15;
   }
   const Stillness found = stillness({with_noise(station.readings, random), later});
   EXPECT_FALSE(found.still);
