@@ -162,16 +162,6 @@ Led read_led(const YamlValue& value) {
   return led;
 }
 
-std::vector<Led> read_leds(const YamlValue& value) {
-  std::vector<Led> leds;
-  std::set<std::string> names;
-  for (const YamlValue& item : value.list()) {
-    leds.push_back(read_led(item));
-    if (!names.insert(leds.back().name).second) item.problem(fmt::format("two LEDs are named {}", leds.back().name));
-  }
-  return leds;
-}
-
 double read_sigma(const YamlValue& value) {
   const double sigma_px = value.positive_number();
   if (sigma_px >= kLargestValue) value.problem(fmt::format("must be below {:g}", kLargestValue));
@@ -219,7 +209,7 @@ Expected<RigEntries> read_description(const fs::path& file) {
   }
   if (const auto leds = map.find("leds")) {
     if (version_1) leds->problem("is new in " + kRigSchemas.front());
-    entries.leds = read_leds(*leds);
+    for (const YamlValue& led : leds->list()) entries.leds.push_back(read_led(led));
   }
   if (const auto sigma = map.find("sigma_px"))
     for (const auto& [group, value] : sigma->map().entries()) entries.sigma_px[group] = read_sigma(value);
@@ -269,6 +259,10 @@ Expected<Rig> read_rig(const fs::path& folder) {
     if (!sensor) return tl::unexpected(sensor.error());
     rig.sensors.push_back(std::move(*sensor));
   }
+  for (const Led& led : entries->leds)
+    if (!names.insert(led.name).second)
+      return fail(fmt::format("{}: an LED and a sensor, or two LEDs, are named {}.",
+                              (folder / description_name).string(), led.name));
   rig.leds = entries->leds;
   rig.sigma_px = entries->sigma_px;
   if (entries->covariance_file.empty()) return rig;

@@ -24,19 +24,40 @@ namespace {
 // Version 2 added keys and changed none.
 const std::vector<std::string> kSceneSchemas = {"crumple-scene/2", "crumple-scene/1"};
 
-Lighting read_lighting(const YamlValue& value) {
+Lighting read_lighting(const YamlValue& value, int schema, const Scene& scene) {
   YamlMap map = value.map();
   Lighting lighting;
   lighting.reference_distance_mm =
       number_or(map, "reference_distance_mm", lighting.reference_distance_mm, 1, kLargestScene_mm);
   lighting.ambient = number_or(map, "ambient", lighting.ambient, 0, 100);
   lighting.background = number_or(map, "background", lighting.background, 0, 100);
+  if (const auto thermal = find_new_in_scene_2(map, "thermal_background", schema)) {
+    lighting.thermal_background = thermal->number(0, 100);
+  }
+  if (const auto bounces = find_new_in_scene_2(map, "bounces", schema)) {
+    lighting.bounce = bounces->integer(0, 1) == 1;
+    // Each such ray may light a place of its own on the projector's panel, and a pixel counts to 255 of them.
+    if (lighting.bounce && scene.samples > 16) bounces->problem("goes with `samples_per_pixel` of 16 at most");
+  }
   map.finish();
   return lighting;
 }
 
+// The projector that shows the patterns, by name; empty where the scene does not say.
+std::string showing_projector(YamlMap& root, int schema) {
+  const auto patterns = root.find("patterns");
+  if (!patterns || !patterns->is_map()) return {};
+  YamlMap map = patterns->map();
+  const auto projector = find_new_in_scene_2(map, "projector", schema);
+  return projector ? projector->text() : "";
+}
+
 void read_patterns(const YamlValue& value, Scene& scene) {
   YamlMap map = value.map();
+  const auto showing = map.find("projector");
+  if (showing && (!scene.projector || scene.projector->sensor.name != showing->text())) {
+    showing->problem("is not a projector under `sensors`");
+  }
   if (!scene.projector) return value.problem("needs a projector under `sensors`");
   if (const auto orientations = map.find("orientations")) {
     for (const YamlValue& item : orientations->list()) {
@@ -70,10 +91,11 @@ void read_root(const YamlValue& root, Scene& scene) {
   }
   if (const auto samples = map.find("samples_per_pixel")) scene.samples = samples->integer(1, 4096);
   if (const auto sensors = map.require("sensors", "the cameras and the projector"))
-    read_scene_sensors(*sensors, schema, scene);
-  if (const auto lighting = map.find("lighting")) scene.lighting = read_lighting(*lighting);
+    read_scene_sensors(*sensors, schema, showing_projector(map, schema), scene);
+  if (const auto lighting = map.find("lighting")) scene.lighting = read_lighting(*lighting, schema, scene);
   if (const auto board = map.find("board")) scene.board = read_plate(*board);
   if (const auto panel = map.find("panel")) scene.panel = read_panel(*panel);
+  if (const auto objects = find_new_in_scene_2(map, "objects", schema)) scene.objects = read_objects(*objects);
   if (const auto patterns = map.find("patterns")) read_patterns(*patterns, scene);
   const auto frames = map.find("frames");
   if (frames) {

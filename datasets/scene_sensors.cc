@@ -74,7 +74,8 @@ Emitter read_emitter(YamlMap& map) {
   return emitter;
 }
 
-void read_scene_sensor(const std::string& name, const YamlValue& value, int schema, Scene& scene) {
+void read_scene_sensor(const std::string& name, const YamlValue& value, int schema, const std::string& showing,
+                       Scene& scene) {
   if (!is_plain_name(name)) value.problem("a sensor's name is made of letters, digits, _ and -");
   YamlMap map = value.map();
   Sensor sensor{name, SensorKind::camera, placeholder_lens(), {}};
@@ -92,10 +93,15 @@ void read_scene_sensor(const std::string& name, const YamlValue& value, int sche
   } else if (sensor.mount == Mount::world) {
     value.problem("a projector is on the probe: leave out `mount: world`");
   } else if (sensor.kind == SensorKind::camera) {
-    scene.cameras.push_back({std::move(sensor), optics, read_detector(map)});
-  } else if (scene.projector) {
-    value.problem("a scene has one projector at most");
+    const auto sees = find_new_in_scene_2(map, "sees", schema);
+    const bool thermal = sees && sees->one_of({"light", "thermal"}) == "thermal";
+    scene.cameras.push_back({std::move(sensor), optics, read_detector(map), thermal});
+  } else if (scene.projector && name != showing) {
+    if (schema < 2) value.problem("a scene has one projector at most before crumple-scene/2");
+    read_emitter(map);
+    scene.dark_projectors.push_back(std::move(sensor));
   } else {
+    if (scene.projector) scene.dark_projectors.push_back(scene.projector->sensor);
     scene.projector = SceneProjector{std::move(sensor), optics, read_emitter(map)};
   }
   map.finish();
@@ -109,9 +115,9 @@ bool is_placed(const std::vector<SceneCamera>& cameras) {
 
 }  // namespace
 
-void read_scene_sensors(const YamlValue& value, int schema, Scene& scene) {
+void read_scene_sensors(const YamlValue& value, int schema, const std::string& showing, Scene& scene) {
   YamlMap map = value.map();
-  for (const auto& [name, sensor] : map.entries()) read_scene_sensor(name, sensor, schema, scene);
+  for (const auto& [name, sensor] : map.entries()) read_scene_sensor(name, sensor, schema, showing, scene);
   if (scene.cameras.empty() && scene.tracking.trackers.empty()) value.problem("at least one camera is needed");
   if (is_placed(scene.cameras))
     value.problem("the first camera's frame is the probe frame: leave out its position_mm and rotation_deg");

@@ -16,6 +16,7 @@ namespace {
 // What stands where, in the world frame or, where the probe stands still, in its own.
 struct Placed {
   bool board = true;
+  std::optional<std::size_t> object;
   Pose frame_from_surface;
 };
 
@@ -27,11 +28,31 @@ Pose placed_by_middle(Pose frame_from_middle, const Surface& surface) {
   return frame_from_middle;
 }
 
-// `board: PLACE` or `panel: PLACE`; nothing where there is neither.
+// `object: {name: NAME}` and a PLACE in it.
+std::optional<Placed> read_placed_object(const YamlValue& value, const Scene& scene) {
+  YamlMap map = value.map();
+  const auto name = map.require("name", "of the object that is placed");
+  const Pose frame_from_middle = read_place(map);
+  map.finish();
+  if (!name) return std::nullopt;
+  const std::string wanted = name->text();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].name != wanted) continue;
+    return Placed{false, i, placed_by_middle(frame_from_middle, *scene.objects[i].surface)};
+  }
+  name->problem(fmt::format("there is no object `{}`: describe it under `objects`", wanted));
+  return Placed{false, {}, frame_from_middle};
+}
+
+// `board: PLACE`, `panel: PLACE` or an object; nothing where there is none.
 std::optional<Placed> read_placed(YamlMap& map, const Scene& scene) {
   const auto board = map.find("board");
   const auto panel = map.find("panel");
-  if (board && panel) map.problem("must have either `board` or `panel`, where it is placed");
+  const auto object = map.find("object");
+  if (int{board.has_value()} + int{panel.has_value()} + int{object.has_value()} > 1) {
+    map.problem("must have either `board` or `panel` or `object`, where it is placed");
+  }
+  if (object) return read_placed_object(*object, scene);
   const auto& placed = board ? board : panel;
   if (!placed) return std::nullopt;
   const bool known = board ? scene.board.has_value() : scene.panel.has_value();
@@ -39,15 +60,15 @@ std::optional<Placed> read_placed(YamlMap& map, const Scene& scene) {
   YamlMap place = placed->map();
   const Pose frame_from_middle = read_place(place);
   place.finish();
-  if (!known) return Placed{board.has_value(), frame_from_middle};
+  if (!known) return Placed{board.has_value(), {}, frame_from_middle};
   const Surface& surface = board ? static_cast<const Surface&>(*scene.board) : *scene.panel;
-  return Placed{board.has_value(), placed_by_middle(frame_from_middle, surface)};
+  return Placed{board.has_value(), {}, placed_by_middle(frame_from_middle, surface)};
 }
 
-using Placements = std::map<std::string, Placed>;
+using NamedPlaces = std::map<std::string, Placed>;
 
-Placements read_placements(const YamlValue& value, const Scene& scene) {
-  Placements placements;
+NamedPlaces read_placements(const YamlValue& value, const Scene& scene) {
+  NamedPlaces placements;
   YamlMap map = value.map();
   if (scene.tracking.trackers.empty()) value.problem("needs a camera with `mount: world`: else the probe stands still");
   for (const auto& [name, item] : map.entries()) {
@@ -61,7 +82,7 @@ Placements read_placements(const YamlValue& value, const Scene& scene) {
 }
 
 // What only stations of a probe that is tracked have.
-std::optional<Placed> read_tracked(YamlMap& map, const Placements& placements, std::optional<Placed> placed,
+std::optional<Placed> read_tracked(YamlMap& map, const NamedPlaces& placements, std::optional<Placed> placed,
                                    SceneStation& station) {
   if (const auto probe = map.require("probe", "where the probe is in the world")) {
     YamlMap place = probe->map();
@@ -87,7 +108,7 @@ std::optional<Placed> read_tracked(YamlMap& map, const Placements& placements, s
   return placed;
 }
 
-SceneStation read_scene_station(const YamlValue& value, const Placements& placements, const Scene& scene) {
+SceneStation read_scene_station(const YamlValue& value, const NamedPlaces& placements, const Scene& scene) {
   YamlMap map = value.map();
   SceneStation station;
   if (const auto id = map.require("id", "the station's name")) station.id = id->text();
@@ -103,6 +124,7 @@ SceneStation read_scene_station(const YamlValue& value, const Placements& placem
   map.finish();
   station.in_view = placed.has_value();
   station.board = !placed || placed->board;
+  if (placed) station.object = placed->object;
   if (placed) station.probe_from_surface = station.world_from_probe.inverse() * placed->frame_from_surface;
   return station;
 }
@@ -110,7 +132,7 @@ SceneStation read_scene_station(const YamlValue& value, const Placements& placem
 }  // namespace
 
 void read_scene_stations(YamlMap& map, int schema, Scene& scene) {
-  Placements placements;
+  NamedPlaces placements;
   if (const auto value = find_new_in_scene_2(map, "placements", schema)) placements = read_placements(*value, scene);
   const auto value = map.require("stations", "what is placed where, one item a station");
   if (!value) return;

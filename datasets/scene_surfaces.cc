@@ -1,6 +1,13 @@
 #include "datasets/scene_surfaces.h"
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
 
 #include "datasets/scene_values.h"
 #include "datasets/target_yaml.h"
@@ -51,6 +58,129 @@ Dent read_dent(const YamlValue& value) {
   return dent;
 }
 
+Press read_press(const YamlValue& value) {
+  YamlMap map = value.map();
+  Press press;
+  if (const auto centre = map.find("centre_mm")) {
+    press.centre_mm = read_vector<2>(*centre, -kLargestScene_mm, kLargestScene_mm);
+  }
+  press.direction_rad = degree * number_or(map, "direction_deg", 0, -360, 360);
+  press.half_length_mm = required_number(map, "half_length_mm", "along the line", 1, kLargestScene_mm);
+  press.half_width_mm = required_number(map, "half_width_mm", "across the line", 1, kLargestScene_mm);
+  press.depth_mm = required_number(map, "depth_mm", "in the middle", -1000, 1000);
+  press.edge_radius_mm = number_or(map, "edge_radius_mm", 0, 0, kLargestScene_mm);
+  if (press.edge_radius_mm > 0 && press.edge_radius_mm < 0.5) map.problem("`edge_radius_mm` is 0, or 0.5 or more");
+  map.finish();
+  return press;
+}
+
+// Adds what is listed to a shape that may have such things already.
+void read_features(YamlMap& map, PanelShape& shape) {
+  const auto add = [&](const char* key, auto& list, auto read) {
+    const auto items = map.find(key);
+    if (!items) return;
+    for (const YamlValue& item : items->list()) list.push_back(read(item));
+  };
+  add("creases", shape.creases, read_crease);
+  add("recesses", shape.recesses, read_recess);
+  add("dents", shape.dents, read_dent);
+  add("presses", shape.presses, read_press);
+}
+
+const Material kPaint{0.4, 0.04, 0.3};
+
+Panel read_panel_keys(YamlMap& map) {
+  PanelShape shape;
+  if (const auto size = map.require("size_mm", "[width, height]")) {
+    shape.size_mm = read_vector<2>(*size, 1, kLargestScene_mm);
+  }
+  if (const auto radius = map.find("bulge_radius_mm")) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const double r = read_vector<2>(*radius, -1e7, 1e7)[axis];
+      if (std::abs(r) < 50) {
+        radius->problem("must be two radii of 50 mm or more (negative: hollow)");
+        break;
+      }
+      shape.curvature_per_mm[axis] = 1 / r;
+    }
+  }
+  read_features(map, shape);
+  Material paint = kPaint;
+  if (const auto material = map.find("paint")) paint = read_material(*material, paint);
+  return {shape, paint};
+}
+
+Panel read_car_side(YamlMap& map) {
+  Eigen::Vector2d size_mm(4000, 1200);
+  if (const auto size = map.find("size_mm")) size_mm = read_vector<2>(*size, 300, kLargestScene_mm);
+  PanelShape shape = car_side(size_mm);
+  read_features(map, shape);
+  Material paint = kPaint;
+  if (const auto material = map.find("paint")) paint = read_material(*material, paint);
+  return {shape, paint};
+}
+
+Panel read_flat_plate(YamlMap& map) {
+  PanelShape shape;
+  if (const auto size = map.require("size_mm", "[width, height]")) {
+    shape.size_mm = read_vector<2>(*size, 1, kLargestScene_mm);
+  }
+  Material finish{0.7, 0, 0.5};
+  if (const auto material = map.find("finish")) finish = read_material(*material, finish);
+  return {shape, finish};
+}
+
+Balls read_balls(YamlMap& map) {
+  const double radius = required_number(map, "radius_mm", "of each ball", 1, kLargestScene_mm);
+  std::vector<Eigen::Vector2d> centres;
+  if (const auto list = map.find("centres_mm")) {
+    for (const YamlValue& item : list->list()) {
+      const Eigen::Vector2d centre = read_vector<2>(item, -kLargestScene_mm, kLargestScene_mm);
+      const bool overlaps = std::any_of(centres.begin(), centres.end(), [&](const Eigen::Vector2d& other) {
+        return (other - centre).norm() < 2 * radius;
+      });
+      if (overlaps) item.problem("overlaps another ball");
+      centres.push_back(centre);
+    }
+  }
+  if (centres.empty()) centres.emplace_back(0, 0);
+  Material finish{0.7, 0, 0.5};
+  if (const auto material = map.find("finish")) finish = read_material(*material, finish);
+  return {radius, centres, finish};
+}
+
+// `like: NAME` repeats an earlier panel or car side, with what is listed beside it added: before and after a crash.
+std::shared_ptr<const Surface> read_like(const YamlValue& like, YamlMap& map, const std::vector<SceneObject>& earlier) {
+  const std::string name = like.text();
+  const auto found = std::find_if(earlier.begin(), earlier.end(), [&](const SceneObject& o) { return o.name == name; });
+  const Panel* panel = found == earlier.end() ? nullptr : dynamic_cast<const Panel*>(found->surface.get());
+  if (panel == nullptr) {
+    like.problem(fmt::format("no panel or car side `{}` is described before this", name));
+    return std::make_shared<Panel>(PanelShape{}, kPaint);
+  }
+  PanelShape shape = panel->shape();
+  read_features(map, shape);
+  return std::make_shared<Panel>(shape, panel->material(0, 0));
+}
+
+std::shared_ptr<const Surface> read_object(const YamlValue& value, const std::vector<SceneObject>& earlier) {
+  YamlMap map = value.map();
+  const auto like = map.find("like");
+  const auto kind = like ? std::nullopt : map.require("kind", "panel, car_side, plate or balls");
+  std::shared_ptr<const Surface> surface;
+  if (like) {
+    surface = read_like(*like, map, earlier);
+  } else {
+    const std::string word = kind ? kind->one_of({"panel", "car_side", "plate", "balls"}) : "car_side";
+    if (word == "panel") surface = std::make_shared<Panel>(read_panel_keys(map));
+    if (word == "car_side") surface = std::make_shared<Panel>(read_car_side(map));
+    if (word == "plate") surface = std::make_shared<Panel>(read_flat_plate(map));
+    if (word == "balls") surface = std::make_shared<Balls>(read_balls(map));
+  }
+  map.finish();
+  return surface;
+}
+
 }  // namespace
 
 BoardPlate read_plate(const YamlValue& value) {
@@ -59,8 +189,8 @@ BoardPlate read_plate(const YamlValue& value) {
   Eigen::Vector2d warp_mm = Eigen::Vector2d::Zero();
   if (const auto warp = map.find("warp_mm")) warp_mm = read_vector<2>(*warp, -10, 10);
   const double margin = number_or(map, "margin_mm", target.pitch_mm / 2, 0, kLargestScene_mm);
-  Material white{0.85, 0.02, 0.5};
-  Material black{0.05, 0.02, 0.5};
+  Material white{0.85, 0.02, 0.5, 0.8};
+  Material black{0.05, 0.02, 0.5, 0.45};
   if (const auto material = map.find("white")) white = read_material(*material, white);
   if (const auto material = map.find("black")) black = read_material(*material, black);
   map.finish();
@@ -73,32 +203,16 @@ BoardPlate read_plate(const YamlValue& value) {
 
 Panel read_panel(const YamlValue& value) {
   YamlMap map = value.map();
-  PanelShape shape;
-  if (const auto size = map.require("size_mm", "[width, height]"))
-    shape.size_mm = read_vector<2>(*size, 1, kLargestScene_mm);
-  if (const auto radius = map.find("bulge_radius_mm")) {
-    for (int axis = 0; axis < 2; ++axis) {
-      const double r = read_vector<2>(*radius, -1e7, 1e7)[axis];
-      if (std::abs(r) < 50) {
-        radius->problem("must be two radii of 50 mm or more (negative: hollow)");
-        break;
-      }
-      shape.curvature_per_mm[axis] = 1 / r;
-    }
-  }
-  Material paint{0.4, 0.04, 0.3};
-  if (const auto creases = map.find("creases")) {
-    for (const YamlValue& item : creases->list()) shape.creases.push_back(read_crease(item));
-  }
-  if (const auto recesses = map.find("recesses")) {
-    for (const YamlValue& item : recesses->list()) shape.recesses.push_back(read_recess(item));
-  }
-  if (const auto dents = map.find("dents")) {
-    for (const YamlValue& item : dents->list()) shape.dents.push_back(read_dent(item));
-  }
-  if (const auto material = map.find("paint")) paint = read_material(*material, paint);
+  Panel panel = read_panel_keys(map);
   map.finish();
-  return {shape, paint};
+  return panel;
+}
+
+std::vector<SceneObject> read_objects(const YamlValue& value) {
+  std::vector<SceneObject> objects;
+  YamlMap map = value.map();
+  for (const auto& [name, object] : map.entries()) objects.push_back({name, read_object(object, objects)});
+  return objects;
 }
 
 }  // namespace crumple

@@ -34,6 +34,7 @@ Material read_material(const YamlValue& value, const Material& otherwise) {
   material.albedo = number_or(map, "albedo", otherwise.albedo, 0, 1);
   material.gloss = number_or(map, "gloss", otherwise.gloss, 0, 1);
   material.roughness = number_or(map, "roughness", otherwise.roughness, 0.02, 1);
+  material.thermal = number_or(map, "thermal", otherwise.thermal, 0, 100);
   map.finish();
   return material;
 }

@@ -83,7 +83,7 @@ class ProgressCounter {
 std::size_t image_count(const Scene& scene) {
   std::size_t count = 0;
   for (const SceneStation& station : scene.stations) {
-    if (station.scan) count += scene.cameras.size() * scene.frames.size();
+    for (const SceneCamera& camera : scene.cameras) count += station.scan ? frames_of(scene, camera).size() : 0;
     if (station.trackers) count += scene.tracking.trackers.size() * scene.tracking.frames.size();
   }
   return count;

@@ -1,5 +1,6 @@
 #include "datasets/simulate_yaml.h"
 
+#include <algorithm>
 #include <numbers>
 #include <vector>
 
@@ -22,6 +23,16 @@ std::string pose_text(const Pose& pose) {
                      t.x(), t.y(), t.z());
 }
 
+bool is_thermal(const Scene& scene, const std::string& name) {
+  return std::any_of(scene.cameras.begin(), scene.cameras.end(),
+                     [&](const SceneCamera& camera) { return camera.thermal && camera.sensor.name == name; });
+}
+
+bool needs_version_3(const Scene& scene) {
+  return !scene.tracking.trackers.empty() ||
+         std::any_of(scene.cameras.begin(), scene.cameras.end(), [](const SceneCamera& c) { return c.thermal; });
+}
+
 std::string sensors_text(const Scene& scene) {
   std::string text = "sensors:\n";
   for (const Sensor& sensor : true_rig(scene).sensors) {
@@ -30,6 +41,7 @@ std::string sensors_text(const Scene& scene) {
                         camera ? "camera" : "projector", sensor.lens.size().width_px, sensor.lens.size().height_px,
                         sensor.lens.model());
     if (sensor.mount == Mount::world) text += "    mount: world\n";
+    if (is_thermal(scene, sensor.name)) text += "    ambient_only: true\n";
     if (camera) text += "    files: \"{station}/{sensor}/{frame:03}.png\"\n";
   }
   return text;
@@ -110,7 +122,14 @@ std::string leds_text(const Scene& scene) {
   return text;
 }
 
-const char* surface_name(const SceneStation& station) { return station.board ? "board" : "panel"; }
+const char* surface_name(const SceneStation& station) {
+  return station.object ? "object" : station.board ? "board" : "panel";
+}
+
+std::string object_text(const Scene& scene, const SceneStation& station) {
+  if (!station.object) return {};
+  return fmt::format("    object: {}\n", yaml_quoted(scene.objects[*station.object].name));
+}
 
 // Of a probe that is moved about: where it is, and where what it sees is.
 std::string tracked_stations_text(const Scene& scene) {
@@ -121,6 +140,7 @@ std::string tracked_stations_text(const Scene& scene) {
     if (!station.placement.empty()) text += fmt::format("    placement: {}\n", yaml_quoted(station.placement));
     if (!station.in_view) continue;
     text += fmt::format("    world_from_{}: {}\n", surface_name(station), pose_text(world_from_surface(station)));
+    text += object_text(scene, station);
   }
   return text;
 }
@@ -128,9 +148,9 @@ std::string tracked_stations_text(const Scene& scene) {
 }  // namespace
 
 std::string capture_yaml(const Scene& scene) {
-  const bool tracked = !scene.tracking.trackers.empty();
-  std::string text = fmt::format("schema: crumple-capture/{}\ntitle: {}\n", tracked ? 3 : 2, yaml_quoted(scene.name)) +
-                     sensors_text(scene);
+  std::string text =
+      fmt::format("schema: crumple-capture/{}\ntitle: {}\n", needs_version_3(scene) ? 3 : 2, yaml_quoted(scene.name)) +
+      sensors_text(scene);
   if (scene.board) {
     text += fmt::format("board: {{{}}}\n", target_yaml(scene.board->target()));
   }
@@ -150,6 +170,7 @@ std::string true_stations_yaml(const Scene& scene) {
   for (const SceneStation& station : scene.stations) {
     text += fmt::format("  - id: {}\n    probe_from_{}: {}\n", yaml_quoted(station.id), surface_name(station),
                         pose_text(station.probe_from_surface));
+    text += object_text(scene, station);
   }
   return text;
 }

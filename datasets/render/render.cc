@@ -69,6 +69,7 @@ struct Renderer::Prepared {
   std::optional<PreparedProjector> projector;
   std::optional<Tracer> board;
   std::optional<Tracer> panel;
+  std::vector<std::optional<Tracer>> objects;  // those that a station shows
 
   explicit Prepared(const Scene& scene) {
     cameras.reserve(scene.cameras.size());
@@ -78,10 +79,16 @@ struct Renderer::Prepared {
     if (scene.projector) projector.emplace(*scene.projector);
     if (scene.board) board.emplace(*scene.board);
     if (scene.panel) panel.emplace(*scene.panel);
+    objects.resize(scene.objects.size());
+    for (const SceneStation& station : scene.stations) {
+      if (station.object && !objects[*station.object]) {
+        objects[*station.object].emplace(*scene.objects[*station.object].surface);
+      }
+    }
   }
 
   const Tracer& tracer(const SceneStation& station) const {
-    const std::optional<Tracer>& tracer = station.board ? board : panel;
+    const std::optional<Tracer>& tracer = station.object ? objects[*station.object] : station.board ? board : panel;
     assert(tracer);
     return *tracer;
   }
@@ -89,8 +96,9 @@ struct Renderer::Prepared {
   Transport transport(const Scene& scene, std::size_t station, std::size_t camera, int threads) const {
     const SceneStation& placed = scene.stations[station];
     const TransportSettings settings{scene.lighting, scene.samples, mix(mix(scene.seed, station), camera), threads};
-    return Transport::trace(cameras[camera], projector ? &*projector : nullptr, tracer(placed),
-                            placed.probe_from_surface, settings);
+    const bool lit = projector && !scene.cameras[camera].thermal;
+    return Transport::trace(cameras[camera], lit ? &*projector : nullptr, tracer(placed), placed.probe_from_surface,
+                            settings);
   }
 
   // What a tracker sees by the room's light alone, exposed as for the ambient image.
@@ -131,9 +139,10 @@ Expected<void> Renderer::render_station(std::size_t station, const FrameSink& si
   FirstError outcome;
   for (std::size_t camera = 0; camera < scene_.cameras.size(); ++camera) {
     const Transport transport = prepared_->transport(scene_, station, camera, threads_);
-    parallel_for(scene_.frames.size(), threads_, [&](std::size_t frame) {
+    const std::vector<FrameContent>& frames = frames_of(scene_, scene_.cameras[camera]);
+    parallel_for(frames.size(), threads_, [&](std::size_t frame) {
       if (outcome.is_set()) return;
-      const cv::Mat shown = projector_image(scene_, scene_.frames[frame]);
+      const cv::Mat shown = projector_image(scene_, frames[frame]);
       const cv::Mat1f light =
           transport.radiance(shown.empty() ? cv::Mat1f() : emission(scene_.projector->emitter, shown));
       outcome.keep(
@@ -168,9 +177,10 @@ cv::Mat1f Renderer::tracker_radiance(std::size_t station, std::size_t tracker, s
 
 std::vector<cv::Mat1f> Renderer::radiances(std::size_t station, std::size_t camera) const {
   const Transport transport = prepared_->transport(scene_, station, camera, threads_);
-  std::vector<cv::Mat1f> light(scene_.frames.size());
+  const std::vector<FrameContent>& frames = frames_of(scene_, scene_.cameras[camera]);
+  std::vector<cv::Mat1f> light(frames.size());
   parallel_for(light.size(), threads_, [&](std::size_t frame) {
-    const cv::Mat shown = projector_image(scene_, scene_.frames[frame]);
+    const cv::Mat shown = projector_image(scene_, frames[frame]);
     light[frame] = transport.radiance(shown.empty() ? cv::Mat1f() : emission(scene_.projector->emitter, shown));
   });
   return light;

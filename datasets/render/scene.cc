@@ -33,14 +33,21 @@ Rig true_rig(const Scene& scene) {
   for (const SceneCamera& camera : scene.cameras) rig.sensors.push_back(camera.sensor);
   if (scene.projector) rig.sensors.push_back(scene.projector->sensor);
   for (const SceneCamera& tracker : scene.tracking.trackers) rig.sensors.push_back(tracker.sensor);
+  rig.sensors.insert(rig.sensors.end(), scene.dark_projectors.begin(), scene.dark_projectors.end());
   for (const SceneLed& led : scene.tracking.leds) rig.leds.push_back(led.led);
   return rig;
+}
+
+const std::vector<FrameContent>& frames_of(const Scene& scene, const SceneCamera& camera) {
+  static const std::vector<FrameContent> ambient = {FrameContent{}};
+  return camera.thermal ? ambient : scene.frames;
 }
 
 Pose world_from_surface(const SceneStation& station) { return station.world_from_probe * station.probe_from_surface; }
 
 const Surface& surface_at(const Scene& scene, const SceneStation& station) {
   assert(station.in_view);
+  if (station.object) return *scene.objects[*station.object].surface;
   if (station.board) {
     assert(scene.board);
     return *scene.board;
@@ -186,7 +193,7 @@ void add_scan(const Scene& scene, const SceneStation& station, std::size_t place
     corners.placement = placement;
     corners.station = station_index;
     observations.corners.push_back(std::move(corners));
-    if (!scene.projector) continue;
+    if (!scene.projector || scene.cameras[i].thermal) continue;
 
     const SensorView projector(*scene.board, scene.projector->sensor, station.probe_from_surface);
     const Matches matches = matches_on_grid(camera, projector, grid_step_px);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,6 +50,7 @@ struct SceneCamera {
   Sensor sensor;
   Optics optics;
   Detector detector;
+  bool thermal = false;  // sees what materials send out by themselves, whatever light falls on them
 };
 
 struct SceneProjector {
@@ -61,17 +63,26 @@ struct Lighting {
   double reference_distance_mm = 800;
   double ambient = 0;     // radiance of a white Lambert surface under the room's light, the same from everywhere
   double background = 0;  // radiance where a ray leaves the scene, as a share of ambient
+  double thermal_background = 0.4;  // what a thermal camera sees there
+  bool bounce = false;  // whether light of the projector reaches the camera over a second point of the surface, too
+};
+
+// A named thing to look at: a car's side before or after a crash, reference balls, a plate.
+struct SceneObject {
+  std::string name;
+  std::shared_ptr<const Surface> surface;
 };
 
 struct SceneStation {
   std::string id;
-  bool board = true;        // else the panel
+  bool board = true;        // else the panel, or the object
   Pose probe_from_surface;  // of the board or of the panel
   bool in_view = true;      // false: neither is there, only lights are
   Pose world_from_probe = {};
   std::string placement = {};  // stations that name the same one have the board or the panel at one place in the world
   bool scan = true;            // whether the probe's cameras take images
   bool trackers = true;        // whether the trackers do
+  std::optional<std::size_t> object = {};  // into Scene::objects, in place of board and panel
 };
 
 // Brightness of a light: what its spot holds, summed over the pixels, in full wells of the tracker, on the axis at the
@@ -113,11 +124,13 @@ struct Tracking {
 
 struct Scene {
   std::string name;
-  std::vector<SceneCamera> cameras;  // the first one's frame is the probe frame
-  std::optional<SceneProjector> projector;
+  std::vector<SceneCamera> cameras;          // the first one's frame is the probe frame
+  std::optional<SceneProjector> projector;   // the one that shows the patterns
+  std::vector<Sensor> dark_projectors = {};  // on the probe as well; other captures are theirs
   Lighting lighting;
   std::optional<BoardPlate> board;
   std::optional<Panel> panel;
+  std::vector<SceneObject> objects = {};
   std::vector<SceneStation> stations;
   std::vector<StripeOrientation> orientations;
   std::optional<ProjectedChessboard> projected_chessboard;
@@ -127,13 +140,16 @@ struct Scene {
   std::uint64_t seed = 1;
 };
 
-// The scene's sensors, the probe's cameras first, then the projector, then the trackers, and its LEDs; no covariance,
-// for nothing was estimated.
+// The scene's sensors, the probe's cameras first, then the projector, the trackers and the projectors that stay dark,
+// and its LEDs; no covariance, for nothing was estimated.
 Rig true_rig(const Scene& scene);
 
 Pose world_from_surface(const SceneStation& station);
 
-// Precondition: the station's board or panel exists and is in view.
+// What a camera on the probe takes at a station: the scene's frames, or one ambient image where it is a thermal one.
+const std::vector<FrameContent>& frames_of(const Scene& scene, const SceneCamera& camera);
+
+// Precondition: the station's board, panel or object exists and is in view.
 const Surface& surface_at(const Scene& scene, const SceneStation& station);
 
 // All frames of the orientations, most significant bit first, each inverse after its pattern.

@@ -1,5 +1,6 @@
 #include "datasets/render/surfaces.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -38,7 +39,7 @@ std::optional<double> Surface::meet(const Eigen::Vector3d& origin, const Eigen::
     t += step;
     if (std::abs(step) * direction.norm() < settled_mm) {
       const Eigen::Vector3d met = origin + t * direction;
-      if (!extent().contains(met.head<2>())) return std::nullopt;
+      if (!extent().contains(met.head<2>()) || !exists(met.x(), met.y())) return std::nullopt;
       return t;
     }
   }
@@ -112,6 +113,44 @@ Extent BoardPlate::extent() const {
 
 Material BoardPlate::material(double x, double y) const { return print_.dark({x, y}) ? black_ : white_; }
 
+PanelShape car_side(const Eigen::Vector2d& size_mm) {
+  const double length = size_mm.x();
+  const double height = size_mm.y();
+  constexpr double degree = M_PI / 180;
+  PanelShape shape;
+  shape.size_mm = size_mm;
+  shape.curvature_per_mm = {1 / (3.2 * length), 1 / (2.1 * height)};
+  shape.creases = {{{0, -0.2 * height}, 1.2 * degree, 11 * degree, 9},
+                   {{0, 0.1 * height}, -0.8 * degree, -4 * degree, 14},
+                   {{0, 0.36 * height}, 0.5 * degree, 14 * degree, 12}};
+  shape.recesses = {{{-0.04 * length, -0.1 * height}, {70, 34}, 15}, {{0.24 * length, -0.1 * height}, {70, 34}, 15}};
+  return shape;
+}
+
+namespace {
+
+struct PressAt {
+  double height_mm;
+  Eigen::Vector2d slope;
+};
+
+PressAt press_at(const Press& press, const Eigen::Vector2d& p) {
+  const Eigen::Vector2d along(std::cos(press.direction_rad), std::sin(press.direction_rad));
+  const Eigen::Vector2d across(-along.y(), along.x());
+  const double u = along.dot(p - press.centre_mm) / press.half_length_mm;
+  const double v = across.dot(p - press.centre_mm);
+  const double radius = press.edge_radius_mm;
+  const double bent = std::sqrt(v * v + radius * radius);
+  const double width = press.half_width_mm;
+  const double exponent = u * u * u * u + (radius > 0 ? (bent - radius) / width : v * v / (width * width));
+  if (exponent > nothing_left) return {0, Eigen::Vector2d::Zero()};
+  const double height = press.depth_mm * std::exp(-exponent);
+  const double d_across = radius > 0 ? v / (bent * width) : 2 * v / (width * width);
+  return {height, -height * (4 * u * u * u / press.half_length_mm * along + d_across * across)};
+}
+
+}  // namespace
+
 Panel::Panel(PanelShape shape, const Material& paint) : shape_(std::move(shape)), paint_(paint) {
   for (const Crease& crease : shape_.creases) {
     const Eigen::Vector2d normal(-std::sin(crease.direction_rad), std::cos(crease.direction_rad));
@@ -136,6 +175,7 @@ double Panel::height_mm(double x, double y) const {
     const double q = (p - dent.centre_mm).squaredNorm() / (2 * dent.radius_mm * dent.radius_mm);
     if (q < nothing_left) z += dent.depth_mm * std::exp(-q);
   }
+  for (const Press& press : shape_.presses) z += press_at(press, p).height_mm;
   return z;
 }
 
@@ -158,7 +198,50 @@ Eigen::Vector2d Panel::slope(double x, double y) const {
     const double q = r.squaredNorm() / (2 * variance);
     if (q < nothing_left) gradient -= dent.depth_mm * std::exp(-q) / variance * r;
   }
+  for (const Press& press : shape_.presses) gradient += press_at(press, p).slope;
   return gradient;
+}
+
+Balls::Balls(double radius_mm, std::vector<Eigen::Vector2d> centres_mm, const Material& finish)
+    : radius_mm_(radius_mm), centres_mm_(std::move(centres_mm)), finish_(finish) {}
+
+Extent Balls::extent() const {
+  Extent extent{centres_mm_.front(), centres_mm_.front()};
+  for (const Eigen::Vector2d& centre : centres_mm_) {
+    extent.low = extent.low.cwiseMin(centre);
+    extent.high = extent.high.cwiseMax(centre);
+  }
+  const Eigen::Vector2d rim = Eigen::Vector2d::Constant(kBallRim * radius_mm_);
+  return {extent.low - rim, extent.high + rim};
+}
+
+Eigen::Vector2d Balls::from_nearest_centre(double x, double y) const {
+  Eigen::Vector2d nearest = Eigen::Vector2d(x, y) - centres_mm_.front();
+  for (const Eigen::Vector2d& centre : centres_mm_) {
+    const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - centre;
+    if (offset.squaredNorm() < nearest.squaredNorm()) nearest = offset;
+  }
+  return nearest;
+}
+
+bool Balls::exists(double x, double y) const { return from_nearest_centre(x, y).norm() <= kBallRim * radius_mm_; }
+
+// Beyond the rim it goes on as a cone.
+double Balls::height_mm(double x, double y) const {
+  const double distance = from_nearest_centre(x, y).norm();
+  const double rim = kBallRim * radius_mm_;
+  if (distance <= rim) return -std::sqrt(radius_mm_ * radius_mm_ - distance * distance);
+  const double height = std::sqrt(radius_mm_ * radius_mm_ - rim * rim);
+  return -height + (distance - rim) * rim / height;
+}
+
+Eigen::Vector2d Balls::slope(double x, double y) const {
+  const Eigen::Vector2d offset = from_nearest_centre(x, y);
+  const double distance = offset.norm();
+  const double rim = kBallRim * radius_mm_;
+  const double at = std::min(distance, rim);
+  const double steepness = at / std::sqrt(radius_mm_ * radius_mm_ - at * at);
+  return distance > 0 ? Eigen::Vector2d(steepness / distance * offset) : Eigen::Vector2d(Eigen::Vector2d::Zero());
 }
 
 }  // namespace crumple

@@ -20,6 +20,7 @@ struct Material {
   double albedo = 0.5;     // 0..1
   double gloss = 0;        // reflectance of the glossy coat at normal incidence, 0..1 (clear coat: 0.04)
   double roughness = 0.3;  // of the lobe: GGX's alpha, 0..1
+  double thermal = 0.5;    // what a thermal camera sees of it, as a radiance
 };
 
 struct Extent {
@@ -43,6 +44,8 @@ class Surface {
   virtual double height_mm(double x, double y) const = 0;
   virtual Eigen::Vector2d slope(double x, double y) const = 0;
   virtual Material material(double x, double y) const = 0;
+  // Where the surface is, within its extent; elsewhere height and slope are finite all the same.
+  virtual bool exists(double, double) const { return true; }
 
   SurfacePoint at(double x, double y) const;
 
@@ -103,13 +106,30 @@ struct Dent {
   double depth_mm = 0;
 };
 
+// A long dent along a line, as where a pillar was pushed in: depth exp(-(u/length)^4) profile(v), u along the line and
+// v across it. The profile is exp(-(v/width)^2); with an edge radius r it is a crease that ends, exp(-(sqrt(v^2 + r^2)
+// - r) / width).
+struct Press {
+  Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();
+  double direction_rad = 0;  // of the line, from x towards y
+  double half_length_mm = 1;
+  double half_width_mm = 1;
+  double depth_mm = 0;
+  double edge_radius_mm = 0;
+};
+
 struct PanelShape {
   Eigen::Vector2d size_mm = Eigen::Vector2d(600, 450);         // the origin is the centre
   Eigen::Vector2d curvature_per_mm = Eigen::Vector2d::Zero();  // along x and y; positive bulges towards the viewer
   std::vector<Crease> creases;
   std::vector<Recess> recesses;
   std::vector<Dent> dents;
+  std::vector<Press> presses;
 };
+
+// The side of a car of this length and height: curved along both, a shoulder line, a waist and a sill, a handle on each
+// of two doors.
+PanelShape car_side(const Eigen::Vector2d& size_mm);
 
 // A painted body panel: gentle double curvature, character lines, a handle's recess, dents.
 class Panel final : public Surface {
@@ -134,6 +154,31 @@ class Panel final : public Surface {
   PanelShape shape_;
   Material paint_;
   std::vector<Fold> folds_;
+};
+
+// The front of balls of one radius side by side: a reference sphere, or a ball bar without its bar. Their centres lie
+// in z = 0. A ball is there up to `kBallRim` of its radius from its axis, where it slopes by 76 degrees.
+class Balls final : public Surface {
+ public:
+  static constexpr double kBallRim = 0.97;
+
+  // Precondition: at least one centre; balls do not overlap.
+  Balls(double radius_mm, std::vector<Eigen::Vector2d> centres_mm, const Material& finish);
+
+  double radius_mm() const { return radius_mm_; }
+  const std::vector<Eigen::Vector2d>& centres_mm() const { return centres_mm_; }
+  Extent extent() const override;
+  double height_mm(double x, double y) const override;
+  Eigen::Vector2d slope(double x, double y) const override;
+  Material material(double, double) const override { return finish_; }
+  bool exists(double x, double y) const override;
+
+ private:
+  Eigen::Vector2d from_nearest_centre(double x, double y) const;
+
+  double radius_mm_;
+  std::vector<Eigen::Vector2d> centres_mm_;
+  Material finish_;
 };
 
 }  // namespace crumple

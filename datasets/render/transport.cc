@@ -16,7 +16,9 @@ namespace {
 constexpr int lane = 4;                // window widths are multiples of it
 constexpr int largest_window_px = 24;  // samples further apart get windows of their own
 constexpr double body_albedo = 0.06;
-constexpr int refinement = 4;  // times as many samples where the first ones differ in kind
+constexpr std::uint64_t bounce_stream = 0x626f756e6365;
+constexpr double bounce_lift_mm = 0.1;  // clear of the mesh, as shadow rays are
+constexpr int refinement = 4;           // times as many samples where the first ones differ in kind
 
 double widest_panel_slope(const Lens& lens) {
   double widest = 0;
@@ -160,11 +162,19 @@ class RowTracer {
       return {body_albedo, false};
     }
     if (!hit) {
-      ambient_ += vignetting * settings_.lighting.ambient * settings_.lighting.background;
+      const Lighting& lighting = settings_.lighting;
+      const double beyond =
+          camera_.camera.thermal ? lighting.thermal_background : lighting.ambient * lighting.background;
+      ambient_ += vignetting * beyond;
       return {};
     }
     const SurfacePoint point = tracer_.surface().at(hit->x(), hit->y());
     const Material material = tracer_.surface().material(hit->x(), hit->y());
+    if (camera_.camera.thermal) {
+      ambient_ += vignetting * material.thermal;
+      return {material.thermal, false};
+    }
+    if (settings_.lighting.bounce && projector_) bounce(point, material, vignetting, index);
     ambient_ += vignetting * settings_.lighting.ambient * ambient_reflectance(material, point.normal, -direction);
     return {material.albedo, projector_ && light_up(point, material, -direction, vignetting, index)};
   }
@@ -173,6 +183,20 @@ class RowTracer {
                       const std::optional<Eigen::Vector3d>& hit) const {
     const auto t = entry(*settings_.body, box_from_surface_ * origin, box_from_surface_.rotation * direction);
     return t && (!hit || *t < (*hit - origin).norm());
+  }
+
+  // The projector's light that comes to a point over a second one: from one direction, chosen by Lambert's law.
+  void bounce(const SurfacePoint& point, const Material& material, double vignetting, std::uint32_t index) {
+    const Eigen::Vector2d disc = on_disc(sample_point(index, SampleUse::footprint, mix(pixel_bits_, bounce_stream)));
+    const Eigen::Vector3d x = point.normal.unitOrthogonal();
+    const Eigen::Vector3d direction = disc.x() * x + disc.y() * point.normal.cross(x) +
+                                      std::sqrt(std::max(0.0, 1 - disc.squaredNorm())) * point.normal;
+    const auto second = tracer_.first_hit(point.position_mm + bounce_lift_mm * point.normal, direction);
+    if (!second) return;
+    const SurfacePoint from = tracer_.surface().at(second->x(), second->y());
+    if (from.normal.dot(direction) >= 0) return;
+    light_up(from, tracer_.surface().material(second->x(), second->y()), -direction, vignetting * material.albedo,
+             index);
   }
 
   // Whether the projector lights the point; if so, adds its spot on the panel.

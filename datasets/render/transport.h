@@ -3,7 +3,8 @@
 // A camera pixel's light is linear in what the projector's pixels emit. Each pixel is sampled over its footprint (the
 // square pixel, the lens' blur) and over both apertures; each sample finds its place on the projector's panel and
 // spreads its reflectance over the blurred square pixels there. What results is one row of the transport matrix per
-// camera pixel: small windows of weights on the panel. Only direct light is followed.
+// camera pixel: small windows of weights on the panel. Direct light is followed and, where the lighting says so, light
+// that was scattered once before, by one more ray a sample.
 #pragma once
 
 #include <cstdint>

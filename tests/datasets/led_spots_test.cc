@@ -88,7 +88,8 @@ TEST(LedSpots, in_rendered_images_are_centred_to_the_noise) {
     // The LED is dark in the other image, so that the background falls out.
     const std::string& word = scene.tracking.leds[*spot.led].word;
     if (word[3] == '1') continue;
-    const cv::Mat1f difference = image - dark;
+    cv::Mat1f difference;
+    cv::subtract(image, dark, difference);
     const Eigen::Vector2d measured = centroid(difference, spot.centre_px, 3);
     const double electrons = spot.light * detector.full_well_electrons;
     // Shot noise of the spot, the background's and the codes' over 7 x 7 pixels of two images.
@@ -120,12 +121,12 @@ TEST(LedSpots, a_surface_hides_what_is_behind_it) {
 TEST(LedSpots, mirrors_and_lamps_make_false_ones) {
   Scene scene = tracked_scene();
   scene.tracking.lamps = {{{100, 0, 2000}, 30}};
-  scene.tracking.mirrors = {{{-400, 0, 1000}, Eigen::Vector3d::UnitX(), 500, 0.4}};
+  scene.tracking.mirrors = {{{-200, 0, 450}, Eigen::Vector3d::UnitX(), 300, 0.4}};
   const std::vector<LedSpot> spots = spots_seen(scene, 0, 0, 1, {});
   ASSERT_EQ(spots.size(), 5U);  // two LEDs, each followed by its reflection, and the lamp
   EXPECT_FALSE(spots[1].led);
   Eigen::Vector3d image = scene.stations[0].world_from_probe * scene.tracking.leds[1].led.position_mm;
-  image.x() = -800 - image.x();
+  image.x() = -400 - image.x();
   const Sensor& tracker = scene.tracking.trackers[0].sensor;
   EXPECT_LT((spots[1].centre_px - *tracker.lens.project(image)).norm(), 1e-9);
   EXPECT_LT(spots[1].light, 0.4 * spots[0].light);

@@ -15,6 +15,7 @@ Panel door() {
   shape.creases = {{{0, -105}, 0.05, 0.23, 7}};
   shape.recesses = {{{150, 10}, {66, 34}, 16}};
   shape.dents = {{{-130, 55}, 24, 0.9}};
+  shape.presses = {{{20, 60}, 1.3, 90, 40, 12, 0}, {{-60, -20}, 0.4, 70, 30, 6, 5}};
   return {shape, Material{}};
 }
 
@@ -79,6 +80,46 @@ TEST(RenderSurfaces, ray_meets_the_exact_surface) {
   ASSERT_TRUE(t);
   EXPECT_NEAR(*t, distance, 1e-9);
   EXPECT_FALSE(panel.meet(origin, direction, distance - 300));
+}
+
+TEST(RenderSurfaces, a_press_has_its_depth_and_its_length) {
+  PanelShape shape;
+  shape.presses = {{{10, 20}, M_PI / 2, 100, 30, 8, 0}, {{-200, 0}, 0, 60, 20, 5, 4}};
+  const Panel panel(shape, {});
+  EXPECT_NEAR(panel.height_mm(10, 20), 8, 1e-9);
+  EXPECT_NEAR(panel.height_mm(40, 20), 8 * std::exp(-1), 1e-9);
+  EXPECT_NEAR(panel.height_mm(10, 120), 8 * std::exp(-1), 1e-9);
+  EXPECT_NEAR(panel.height_mm(-200, 3), 5 * std::exp(-(5.0 - 4) / 20), 1e-9);
+}
+
+TEST(RenderSurfaces, a_car_before_and_after_differs_where_it_was_hit) {
+  const Panel before(car_side({4000, 1200}), {});
+  PanelShape shape = before.shape();
+  shape.dents.push_back({{300, 50}, 80, 20});
+  const Panel after(shape, {});
+  EXPECT_EQ(before.extent().high, Eigen::Vector2d(2000, 600));
+  EXPECT_NEAR(after.height_mm(300, 50) - before.height_mm(300, 50), 20, 1e-9);
+  EXPECT_EQ(after.height_mm(-1500, 50), before.height_mm(-1500, 50));
+}
+
+TEST(RenderSurfaces, balls_are_round) {
+  const Balls bar(25, {{-150, 0}, {150, 10}}, Material{});
+  EXPECT_NEAR(bar.height_mm(-150, 0), -25, 1e-12);
+  std::mt19937 generator(4);
+  std::uniform_real_distribution<double> share(-1, 1);
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector2d offset = 17 * Eigen::Vector2d(share(generator), share(generator));
+    const Eigen::Vector2d p = Eigen::Vector2d(150, 10) + offset;
+    ASSERT_TRUE(bar.exists(p.x(), p.y()));
+    const SurfacePoint on = bar.at(p.x(), p.y());
+    const Eigen::Vector3d centre(150, 10, 0);
+    EXPECT_NEAR((on.position_mm - centre).norm(), 25, 1e-9);
+    EXPECT_LT((on.normal - (on.position_mm - centre) / 25).norm(), 1e-9);
+    EXPECT_NEAR(bar.distance_mm(on.position_mm + 2 * on.normal), 2, 1e-7);
+  }
+  EXPECT_FALSE(bar.exists(0, 0));
+  EXPECT_TRUE(std::isfinite(bar.height_mm(0, 0)));
+  EXPECT_FALSE(bar.meet({0, 5, -500}, {0, 0, 1}, 500 + bar.height_mm(0, 5)));
 }
 
 TEST(RenderSurfaces, plate_has_squares_and_a_margin) {

@@ -242,5 +242,63 @@ TEST(Render, surfaces_cast_shadows_on_themselves) {
   EXPECT_GT(shaded, 2);
 }
 
+// Two planes that meet at a right angle, lit evenly: each sees the other in half of its hemisphere, weighted by the
+// cosine, so half of the other's radiance times the albedo comes on top.
+TEST(Render, one_bounce_lights_a_right_angle) {
+  Scene scene = wall_scene(800);
+  PanelShape valley;
+  valley.size_mm = {500, 900};
+  valley.creases = {{{0, 0}, std::numbers::pi / 2, -std::numbers::pi / 2, 0.5}};
+  scene.panel.emplace(valley, Material{0.8, 0, 0.3});
+  scene.stations[0].probe_from_surface.translation.z() = 800;
+  const cv::Mat1f direct = Renderer(scene, 2).radiance(0, 0, white_frame);
+  scene.lighting.bounce = true;
+  const cv::Mat1f both = Renderer(scene, 2).radiance(0, 0, white_frame);
+  double sum = 0;
+  double extra = 0;
+  for (int y = 19; y < 29; ++y) {
+    for (const int x : {29, 30, 33, 34}) {
+      sum += static_cast<double>(direct(y, x));
+      extra += static_cast<double>(both(y, x) - direct(y, x));
+    }
+  }
+  EXPECT_NEAR(extra / sum, 0.8 * 0.5, 0.04);
+}
+
+TEST(Render, a_flat_wall_gets_nothing_by_a_bounce) {
+  Scene scene = wall_scene(800);
+  const cv::Mat1f direct = Renderer(scene, 2).radiance(0, 0, white_frame);
+  scene.lighting.bounce = true;
+  EXPECT_EQ(cv::norm(Renderer(scene, 2).radiance(0, 0, white_frame), direct, cv::NORM_INF), 0);
+}
+
+TEST(Render, a_thermal_camera_sees_what_materials_send_out) {
+  Scene scene = wall_scene(800);
+  scene.panel.emplace(scene.panel->shape(), Material{0.8, 0, 0.3, 0.37});
+  scene.cameras[0].thermal = true;
+  const cv::Mat1f seen = Renderer(scene, 2).radiance(0, 0, white_frame);
+  EXPECT_NEAR(seen(5, 40) / cosine_to_the_fourth(scene, 40, 5), 0.37, 1e-4);
+  EXPECT_EQ(Renderer(scene, 1).radiances(0, 0).size(), 1U);
+}
+
+TEST(Render, objects_are_met_where_they_are) {
+  Scene scene = wall_scene(600);
+  scene.objects = {{"bar", std::make_shared<Balls>(40, std::vector<Eigen::Vector2d>{{-60, 0}, {60, 0}}, Material{})}};
+  scene.stations[0].object = 0;
+  const TrueGeometry truth = Renderer(scene, 2).true_geometry(0, 0);
+  int met = 0;
+  for (int y = 0; y < truth.depth_mm.rows; ++y) {
+    for (int x = 0; x < truth.depth_mm.cols; ++x) {
+      const double depth = truth.depth_mm(y, x);
+      if (std::isnan(depth)) continue;
+      const Eigen::Vector3d point = depth * *scene.cameras[0].sensor.lens.ray(Eigen::Vector2d(x, y));
+      const Eigen::Vector3d centre(point.x() < 0 ? -60 : 60, 0, 600);
+      EXPECT_NEAR((point - centre).norm(), 40, 1e-5);
+      ++met;
+    }
+  }
+  EXPECT_NEAR(met, 2 * M_PI * std::pow(100 * 40 / 600.0 * 0.97, 2), 30);
+}
+
 }  // namespace
 }  // namespace crumple

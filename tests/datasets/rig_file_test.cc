@@ -104,6 +104,17 @@ TEST(RigFile, NewKeysNeedTheirVersion) {
                                           HasSubstr("sensor_from_world: is new in crumple-rig/2")));
 }
 
+TEST(RigFile, AnLedOfASensorsNameIsRefused) {
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_rig(home.path(), tracked_rig()));
+  std::string text = content_of(home / "rig.yaml");
+  text.replace(text.find("\"floor\""), 7, "\"cam0\"");
+  std::ofstream(home / "rig.yaml") << text;
+  const auto read = read_rig(home.path());
+  ASSERT_FALSE(read);
+  EXPECT_THAT(read.error().message, HasSubstr("are named cam0"));
+}
+
 TEST(RigFile, LedsAreNamedOnce) {
   Rig rig = tracked_rig();
   rig.leds[1].name = "cam0";
@@ -178,7 +189,7 @@ TEST_P(DamagedRig, IsRefusedNamingFileAndPlace) {
 }
 
 INSTANTIATE_TEST_SUITE_P(RigFile, DamagedRig,
-                         testing::Values(Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/2", "schema"},
+                         testing::Values(Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/3", "schema"},
                                          Damage{"rig.yaml", "length: mm", "length: m", "units.length"},
                                          Damage{"rig.yaml", "name: \"proj-0\"", "name: \"cam0\"", "two sensors"},
                                          Damage{"rig.yaml", "kind: projector", "kind: laser", "kind"},

@@ -148,6 +148,81 @@ TEST(SceneFile, the_capture_of_a_tracked_scene_can_be_read) {
   EXPECT_FALSE(capture->stations[3].trackers);
 }
 
+std::string small_with(const std::string& keys) {
+  std::string text = small_text();
+  text.replace(text.find("crumple-scene/1"), 15, "crumple-scene/2");
+  return text.insert(text.find("patterns:"), keys);
+}
+
+TEST(SceneFile, describes_objects) {
+  std::string text = small_with(
+      "objects:\n"
+      "  before: {kind: car_side, dents: [{radius_mm: 30, depth_mm: 1}]}\n"
+      "  after: {like: before, presses: [{half_length_mm: 300, half_width_mm: 50, depth_mm: 20, direction_deg: 90}]}\n"
+      "  bar: {kind: balls, radius_mm: 20, centres_mm: [[-100, 0], [100, 0]]}\n"
+      "  table: {kind: plate, size_mm: [300, 200]}\n\n");
+  text += "  - {id: hit, object: {name: after, position_mm: [0, 0, 700]}}\n";
+  const auto scene = parse_scene(text, "s.yaml");
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_EQ(scene->objects.size(), 4U);
+  const SceneStation& hit = scene->stations.back();
+  ASSERT_EQ(hit.object, 1U);
+  const Surface& after = surface_at(*scene, hit);
+  EXPECT_NEAR(after.height_mm(0, 0) - scene->objects[0].surface->height_mm(0, 0), 20, 1e-9);
+  const auto capture = parse_capture(capture_yaml(*scene), "capture.yaml");
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_TRUE(capture->stations.back().boards.empty());
+  EXPECT_THAT(true_stations_yaml(*scene), HasSubstr("object: \"after\""));
+}
+
+std::string object_error(const std::string& object) {
+  const auto scene = parse_scene(small_with("objects:\n  x: " + object + "\n\n"), "s.yaml");
+  return scene ? "no error" : scene.error().message;
+}
+
+TEST(SceneFile, objects_are_checked) {
+  EXPECT_THAT(object_error("{like: y}"), HasSubstr("no panel or car side `y`"));
+  EXPECT_THAT(object_error("{kind: cube}"), HasSubstr("must be panel or car_side or plate or balls"));
+  EXPECT_THAT(object_error("{kind: balls, radius_mm: 9, centres_mm: [[0, 0], [10, 0]]}"), HasSubstr("overlaps"));
+  EXPECT_THAT(object_error("{kind: plate, size_mm: [9, 9], pitch_mm: 3}"), HasSubstr("unknown key `pitch_mm`"));
+}
+
+TEST(SceneFile, one_of_several_projectors_shows_the_patterns) {
+  std::string text = small_with("");
+  text.insert(text.find("\nlighting:"),
+              "\n  proj1: {kind: projector, size_px: [320, 240], position_mm: [-180, 0, 0], rotation_deg: [0, 19, 0],\n"
+              "          lens: {focal_px: [470, 470], centre_px: [160, 270]}}\n");
+  const auto first = parse_scene(text, "s.yaml");
+  ASSERT_TRUE(first) << first.error().message;
+  EXPECT_EQ(first->projector->sensor.name, "proj0");
+  EXPECT_EQ(true_rig(*first).sensors.back().name, "proj1");
+  text.insert(text.find("  orientations:"), "  projector: proj1\n");
+  const auto second = parse_scene(text, "s.yaml");
+  ASSERT_TRUE(second) << second.error().message;
+  EXPECT_EQ(second->projector->sensor.name, "proj1");
+  const auto capture = parse_capture(capture_yaml(*second), "capture.yaml");
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_EQ(*capture->projector, "proj1");
+  EXPECT_NE(capture->sensor("proj0"), nullptr);
+  text.replace(text.find("projector: proj1"), 16, "projector: proj2");
+  EXPECT_FALSE(parse_scene(text, "s.yaml"));
+}
+
+TEST(SceneFile, a_thermal_camera_takes_one_image) {
+  std::string text = small_with("");
+  text.insert(text.find("  proj0:"),
+              "  thermal: {kind: camera, sees: thermal, size_px: [320, 240], position_mm: [-60, 0, 0],\n"
+              "            lens: {focal_px: [400, 400], centre_px: [160, 120]}}\n");
+  const auto scene = parse_scene(text, "s.yaml");
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(frames_of(*scene, scene->cameras[1]).size(), 1U);
+  EXPECT_NE(scene->board->material(1, 1).thermal, scene->board->material(-1, 1).thermal);
+  const auto capture = parse_capture(capture_yaml(*scene), "capture.yaml");
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_TRUE(capture->sensor("thermal")->ambient_only);
+  EXPECT_EQ(capture->frames_of("thermal").size(), 1U);
+}
+
 TEST(SceneFile, a_missing_file_is_named) {
   const auto scene = read_scene("/no/such/scene.yaml");
   ASSERT_FALSE(scene);

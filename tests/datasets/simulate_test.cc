@@ -133,10 +133,16 @@ TEST_F(Simulate, trackers_see_the_board_where_the_model_says) {
   ASSERT_TRUE(found) << found.error().message;
   ASSERT_EQ(found->corners, expected->corners);
   double squares = 0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < found->pixels.size(); ++i) {
-    squares += (found->pixels[i] - expected->pixels[i]).squaredNorm();
+    const Eigen::Vector2d error = found->pixels[i] - expected->pixels[i];
+    squares += error.squaredNorm();
+    sum += error;
   }
-  EXPECT_LT(std::sqrt(squares / (2.0 * static_cast<double>(found->pixels.size()))), 0.05);
+  // The noise of corners of squares 13 px wide; their mean lies where it should.
+  const auto count = static_cast<double>(found->pixels.size());
+  EXPECT_LT(std::sqrt(squares / (2 * count)), 0.08);
+  EXPECT_LT((sum / count).norm(), 0.03);
 }
 
 }  // namespace

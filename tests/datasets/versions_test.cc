@@ -26,6 +26,18 @@ TEST(RigVersions, OneIsRead) {
   EXPECT_EQ(rig->covariance.matrix.rows(), 26);
 }
 
+TEST(RigVersions, TwoIsRead) {
+  const auto rig = read_rig(kData / "rigs/version_2");
+  ASSERT_TRUE(rig) << rig.error().message;
+  ASSERT_EQ(rig->sensors.size(), 4U);
+  EXPECT_EQ(rig->sensors[1].mount, Mount::probe);
+  EXPECT_EQ(rig->sensors[2].mount, Mount::world);
+  EXPECT_EQ(rig->sensors[2].sensor_from_mount.translation, Eigen::Vector3d::Zero());
+  ASSERT_EQ(rig->leds.size(), 5U);
+  EXPECT_EQ(rig->leds[4].name, "e");
+  EXPECT_EQ(rig->leds[4].position_mm, Eigen::Vector3d(214.58, 54.81, -140.3));
+}
+
 TEST(PlacementsVersions, OneIsRead) {
   const auto record = read_calibration_record(kData / "rigs/version_1");
   ASSERT_TRUE(record) << record.error().message;

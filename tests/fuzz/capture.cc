@@ -22,7 +22,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::set<std::string> seen;
   for (const auto& [camera, naming] : capture->files) {
     for (const Station& station : capture->stations) {
-      for (std::size_t frame = 0; frame < capture->frames.size() && seen.size() < most_images; ++frame) {
+      const std::size_t frames = capture->took_images(camera, station) ? capture->frames_of(camera).size() : 0;
+      for (std::size_t frame = 0; frame < frames && seen.size() < most_images; ++frame) {
         const auto file = capture->image_file(camera, station.id, frame);
         const auto below = file.lexically_normal().lexically_relative(capture->images.lexically_normal());
         require(!below.empty() && *below.begin() != "..", "images lie below their folder: " + file.string());

@@ -16,13 +16,15 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto again = read_rig(written.path());
   require(again.has_value(), "what is written can be read: " + (again ? "" : again.error().message));
   require(again->sensors.size() == rig->sensors.size() && again->sigma_px == rig->sigma_px &&
-              again->covariance.names == rig->covariance.names && again->covariance.matrix == rig->covariance.matrix,
+              again->leds.size() == rig->leds.size() && again->covariance.names == rig->covariance.names &&
+              again->covariance.matrix == rig->covariance.matrix,
           "what is written comes back the same");
   for (std::size_t i = 0; i < rig->sensors.size(); ++i) {
     const Pose& pose = rig->sensors[i].sensor_from_mount;
     require(again->sensors[i].lens.parameters() == rig->sensors[i].lens.parameters() &&
                 again->sensors[i].sensor_from_mount.rotation.coeffs() == pose.rotation.coeffs() &&
-                again->sensors[i].sensor_from_mount.translation == pose.translation,
+                again->sensors[i].sensor_from_mount.translation == pose.translation &&
+                again->sensors[i].mount == rig->sensors[i].mount,
             "sensors come back the same");
   }
   return 0;
