@@ -315,7 +315,10 @@ Expected<CalibrationState> initial_cameras(const std::vector<SensorSpec>& sensor
                                            const std::vector<std::size_t>& board_of,
                                            const std::vector<CornerView>& corners,
                                            const std::vector<std::string>& placement_names) {
-  CalibrationState state{{}, boards, std::vector<Pose>(placement_names.size()), board_of};
+  CalibrationState state;
+  state.boards = boards;
+  state.world_from_board.resize(placement_names.size());
+  state.board_of = board_of;
   std::map<std::size_t, CameraStart> starts;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const SensorSpec& spec = sensors[s];

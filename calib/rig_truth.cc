@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "solvers/closed_form/rigid_fit.h"
+
 namespace crumple {
 namespace {
 
@@ -42,8 +44,16 @@ const Sensor& first_on(Mount mount, const Rig& rig) {
   return *std::find_if(rig.sensors.begin(), rig.sensors.end(), [&](const Sensor& s) { return s.mount == mount; });
 }
 
-// Those that both have, in the frame of the first sensor on their mount, where the estimate has one.
-void add_leds(const Rig& estimated, const Rig& truth, std::vector<ParameterTruth>& all) {
+struct LedPair {
+  std::string name;
+  Mount mount;
+  Eigen::Vector3d estimated_mm;
+  Eigen::Vector3d true_mm;
+};
+
+// The LEDs that both have, in the frame of the first sensor on their mount, where the estimate has one.
+std::vector<LedPair> led_pairs(const Rig& estimated, const Rig& truth) {
+  std::vector<LedPair> pairs;
   for (const Led& led : estimated.leds) {
     const auto known =
         std::find_if(truth.leds.begin(), truth.leds.end(), [&](const Led& l) { return l.name == led.name; });
@@ -53,10 +63,17 @@ void add_leds(const Rig& estimated, const Rig& truth, std::vector<ParameterTruth
     const Sensor& first = first_on(led.mount, estimated);
     const auto reference = truth.find(first.name);
     if (!reference) continue;
-    const Eigen::Vector3d position_mm = first.sensor_from_mount * led.position_mm;
-    const Eigen::Vector3d known_mm = truth.sensors[*reference].sensor_from_mount * known->position_mm;
+    pairs.push_back({led.name, led.mount, first.sensor_from_mount * led.position_mm,
+                     truth.sensors[*reference].sensor_from_mount * known->position_mm});
+  }
+  return pairs;
+}
+
+void add_leds(const Rig& estimated, const Rig& truth, std::vector<ParameterTruth>& all) {
+  for (const LedPair& pair : led_pairs(estimated, truth)) {
     for (int i = 0; i < 3; ++i) {
-      all.push_back({led.name + "." + "xyz"[i], position_mm[i], known_mm[i], position_mm[i] - known_mm[i]});
+      all.push_back(
+          {pair.name + "." + "xyz"[i], pair.estimated_mm[i], pair.true_mm[i], pair.estimated_mm[i] - pair.true_mm[i]});
     }
   }
 }
@@ -94,6 +111,21 @@ Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated
     estimated_ones.push_back(*found);
   }
   return estimated_ones;
+}
+
+Expected<HandEyeError> hand_eye_error(const Rig& estimated, const Rig& truth) {
+  std::vector<Eigen::Vector3d> found, known;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const LedPair& pair : led_pairs(estimated, truth)) {
+    if (pair.mount != Mount::probe) continue;
+    found.push_back(pair.estimated_mm);
+    known.push_back(pair.true_mm);
+    middle += pair.true_mm;
+  }
+  const auto moved = rigid_fit(known, found);
+  if (!moved) return fail("hand and eye against the truth: " + moved.error().message);
+  middle /= static_cast<double>(known.size());
+  return HandEyeError{(*moved * middle - middle).norm(), rotation_vector(moved->rotation).norm()};
 }
 
 }  // namespace crumple

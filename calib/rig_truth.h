@@ -19,9 +19,18 @@ struct ParameterTruth {
   double z = 0;      // error / sigma
 };
 
-// Every lens and mount parameter that has a row in the estimate's covariance, in its order; the board's warp is no part
-// of a rig. Mounts are relative to the estimate's first sensor: rotation vector in rad, translation in mm. Fails where
-// the truth lacks a sensor or has another lens model there.
+// Every lens and mount parameter that has a row in the estimate's covariance, in its order, and every LED; the board's
+// warp is no part of a rig. Mounts are relative to the first sensor on the same mount: rotation vector in rad,
+// translation in mm. Fails where the truth lacks a sensor or has another lens model there.
 Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated, const Rig& truth);
+
+// How far hand and eye are off: the rigid motion that carries the probe's true LEDs onto the estimated ones, both in
+// the frame of the first sensor on the probe.
+struct HandEyeError {
+  double translation_mm = 0;  // of the LEDs' middle
+  double rotation_rad = 0;
+};
+// Fails with fewer than three LEDs in common.
+Expected<HandEyeError> hand_eye_error(const Rig& estimated, const Rig& truth);
 
 }  // namespace crumple

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -44,6 +45,18 @@ Expected<void> add_rig_truth(const std::filesystem::path& folder, const Rig& est
   if (!parameters) return tl::unexpected(parameters.error());
   result.document["truth"] = rig_truth_json(*parameters);
   result.text += rig_truth_text(*parameters);
+  return {};
+}
+
+Expected<void> add_hand_eye_truth(const std::filesystem::path& folder, const Rig& estimated, const std::string& name,
+                                  VerbResult& result) {
+  const auto truth = read_true_rig(folder);
+  if (!truth) return tl::unexpected(truth.error());
+  const auto error = hand_eye_error(estimated, *truth);
+  if (!error) return tl::unexpected(error.error());
+  const double deg = error->rotation_rad * 180 / std::numbers::pi;
+  result.document["truth"]["hand_eye"][name] = {{"mm", error->translation_mm}, {"deg", deg}};
+  result.text += fmt::format("hand-eye off by {:.3f} mm, {:.4f} deg: {}\n", error->translation_mm, deg, name);
   return {};
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "datasets/led_images.h"
+#include "tracking/paper_pose.h"
 
 namespace crumple {
 namespace {
@@ -34,7 +35,8 @@ bool is_tracked(const Capture& capture, const Rig& rig) {
   return any_led && !capture.leds.empty() && !capture.tracker_frames.empty();
 }
 
-Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station) {
+Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
+                                     PoseMethod method) {
   const auto code = blink_code_of(capture);
   if (!code) return tl::unexpected(code.error());
   const auto leds = rig_leds(capture, rig);
@@ -52,6 +54,12 @@ Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, con
   if (trackers.empty()) return fail(fmt::format("station {}: no tracker of the rig took images there", station));
   auto settled = settle_constellation(rig, trackers, *leds);
   if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
+  if (method == PoseMethod::markers) {
+    const auto pose = paper_pose(rig, settled->readings);
+    if (!pose) return fail(fmt::format("station {}: {}", station, pose.error().message));
+    settled->pose.world_from_probe = pose->world_from_probe;
+    settled->pose.covariance.setZero();
+  }
   return settled;
 }
 

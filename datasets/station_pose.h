@@ -13,9 +13,14 @@ namespace crumple {
 // Whether the rig's probe is tracked and the capture shows its LEDs: then its clouds can be put into the world.
 bool is_tracked(const Capture& capture, const Rig& rig);
 
+// The poses by which the probe can be placed: from the LEDs' pixels in all trackers at once, or as the reference method
+// does it, from triangulated markers (tracking/paper_pose.h; without a covariance).
+enum class PoseMethod { pixels, markers };
+
 // From all trackers that the rig knows and that took images there; what capture.yaml excludes is left out. Fails,
 // naming the station, on LEDs that the rig does not have, on an image that cannot be read, and where the lights give no
 // pose.
-Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station);
+Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
+                                     PoseMethod method = PoseMethod::pixels);
 
 }  // namespace crumple

@@ -33,6 +33,10 @@ DEFINE_bool(overlays, true, "write every board image with its residuals drawn in
 DECLARE_string(invert);
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
+DEFINE_bool(
+    starts, false,
+    "of a tracked probe, also write the rigs of the closed forms alone and of every part refined by itself, to compare "
+    "with: closed_forms/ and stagewise/");
 DEFINE_bool(hand_eye, false,
             "from two files of poses, the hand's and the eye's, the eye's pose on the hand instead (docs/tracking.md)");
 
@@ -100,6 +104,28 @@ std::string explained(const std::string& message, const Capture& capture, const 
   return text;
 }
 
+// The rigs that the joint refinement is compared with, into folders of their own; against the truth where there is one.
+Expected<void> write_starts(const CalibrationData& data, const CalibrationOptions& options,
+                            const Calibration& calibration, const std::filesystem::path& folder, VerbResult& result) {
+  const auto closed = closed_forms(data, options.bundle);
+  if (!closed) return tl::unexpected(closed.error());
+  const std::pair<const char*, const Rig*> starts[] = {{"closed_forms", &closed->rig},
+                                                       {"stagewise", &calibration.start.rig}};
+  for (const auto& [name, rig] : starts) {
+    std::error_code failure;
+    std::filesystem::create_directory(folder / name, failure);
+    if (failure) return fail(fmt::format("{} cannot be made: {}", (folder / name).string(), failure.message()));
+    if (auto done = write_rig(folder / name, *rig); !done) return done;
+  }
+  if (FLAGS_truth.empty()) return {};
+  const std::pair<const char*, const Rig*> all[] = {
+      {"closed_forms", &closed->rig}, {"stagewise", &calibration.start.rig}, {"joint", &calibration.bundle.state.rig}};
+  for (const auto& [name, rig] : all) {
+    if (auto added = add_hand_eye_truth(FLAGS_truth, *rig, name, result); !added) return added;
+  }
+  return {};
+}
+
 Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (FLAGS_hand_eye) return run_calibrate_hand_eye(context);
   if (context.inputs.size() != 1) return usage_error("calibrate takes one capture; two files of poses with --hand_eye");
@@ -143,6 +169,11 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
     if (auto added = add_rig_truth(FLAGS_truth, calibrated_rig(*calibration), result); !added)
       return tl::unexpected(added.error());
   }
+  if (FLAGS_starts) {
+    if (input->data.station_names.empty()) return usage_error("--starts is about a probe that trackers watch");
+    const auto done = write_starts(input->data, *options, *calibration, folder->path(), result);
+    if (!done) return tl::unexpected(done.error());
+  }
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto summary = json_text(result.document);
   if (!summary) return tl::unexpected(summary.error());
@@ -165,7 +196,10 @@ Verb calibrate_verb() {
           .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
           .description =
               "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
-              "rig, its covariance and summary.json. Exit code 4 where the calibration is not to be trusted: the "
+              "rig, its covariance and summary.json. Where trackers watch the probe's LEDs, everything is refined "
+              "together: "
+              "the probe's sensors and LEDs, the trackers, every pose. Exit code 4 where the calibration is not to be "
+              "trusted: the "
               "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
               "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json.",
           .example =
@@ -180,7 +214,7 @@ Verb calibrate_verb() {
           .min_inputs = 1,
           .max_inputs = 2,
           .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate",
-                    "overlays", "truth", "hand_eye", "invert", "threads", "overwrite", "json"},
+                    "overlays", "truth", "starts", "hand_eye", "invert", "threads", "overwrite", "json"},
           .required = {"out"},
           .run = run_calibrate};
 }

@@ -24,6 +24,8 @@
 DEFINE_string(rig, "", "folder of the rig");
 DEFINE_string(estimator, "weighted",
               "weighted, paper or edges; of several, comma-separated, the first is the main one");
+DEFINE_string(pose, "pixels",
+              "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
 DEFINE_string(bit_rule, "inverse",
               "what a pattern is compared with: inverse (its inverse), half (the mean of white and black) or paper "
               "(white less a fixed threshold)");
@@ -37,6 +39,7 @@ struct NamedEstimator {
 };
 
 struct Choices {
+  PoseMethod pose = PoseMethod::pixels;
   std::vector<NamedEstimator> estimators;
   BitRule rule = BitRule::inverse;
 };
@@ -61,6 +64,11 @@ Expected<Choices> choices_from_flags() {
     choices.estimators.push_back(*found);
   }
   if (choices.estimators.empty()) return fail("--estimator names none of weighted, paper and edges.");
+  if (FLAGS_pose == "markers") {
+    choices.pose = PoseMethod::markers;
+  } else if (FLAGS_pose != "pixels") {
+    return fail(fmt::format("--pose={} is neither pixels nor markers.", FLAGS_pose));
+  }
   if (FLAGS_bit_rule == "half") {
     choices.rule = BitRule::half;
   } else if (FLAGS_bit_rule == "paper") {
@@ -158,7 +166,7 @@ class Reconstructor {
 
   // To be called before add() of a station: where the probe was, if it is tracked.
   void go_to(const std::string& station) {
-    if (tracked_) where_ = station_pose(capture_, rig_, station);
+    if (tracked_) where_ = station_pose(capture_, rig_, station, choices_.pose);
   }
 
   void add(const std::string& station, const Pair& pair) {
@@ -326,7 +334,8 @@ Verb reconstruct_verb() {
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "truth", "threads", "overwrite", "json"},
+      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "truth", "threads", "overwrite",
+                "json"},
       .required = {"rig", "out"},
       .run = run_reconstruct};
 }

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/calibrate.h"
+#include "calib/rig_truth.h"
 #include "datasets/json_text.h"
 #include "datasets/output_folder.h"
 #include "recon/triangulate.h"
@@ -170,17 +171,10 @@ Expected<ChainErrors> errors_of(const Rig& rig, const Measurement& m, double sig
   for (const Eigen::Vector3d& point : found) moved.push_back(*aligned * point);
   errors.world_mm = rms(moved, known);
 
-  Points leds, true_leds;
-  for (std::size_t l = 0; l < rig.leds.size(); ++l) {
-    leds.push_back(rig.leds[l].position_mm);
-    true_leds.push_back(truth.rig.leds[l].position_mm);
-  }
-  const auto hand_eye = rigid_fit(true_leds, leds);
+  const auto hand_eye = hand_eye_error(rig, truth.rig);
   if (!hand_eye) return tl::unexpected(hand_eye.error());
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& led : true_leds) centre += led / static_cast<double>(true_leds.size());
-  errors.hand_eye_mm = (*hand_eye * centre - centre).norm();
-  errors.hand_eye_deg = rotation_vector(hand_eye->rotation).norm() * kDegrees;
+  errors.hand_eye_mm = hand_eye->translation_mm;
+  errors.hand_eye_deg = hand_eye->rotation_rad * kDegrees;
   for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
     errors.focal_px[rig.sensors[s].name] =
         std::abs(rig.sensors[s].lens.parameters()[0] - truth.rig.sensors[s].lens.parameters()[0]);
