@@ -131,13 +131,14 @@ Expected<void> predict(const CalibrationData& data, SensorKind kind, const std::
   }
   const auto views = make_views(data.observations, data.board_of);
   for (std::size_t v = 0; v < views.size(); ++v) {
-    if (!judged_by(*views[v], kind) || !fold.contains(views[v]->placement())) continue;
+    const auto placement = views[v]->placement();
+    if (!judged_by(*views[v], kind) || !placement || !fold.contains(*placement)) continue;
     ViewEvaluation evaluation;
     if (!views[v]->evaluate(state, false, evaluation)) {
-      return fail(fmt::format("station {}: the {} cannot be predicted", data.placement_names[views[v]->placement()],
+      return fail(fmt::format("station {}: the {} cannot be predicted", data.placement_names[*placement],
                               name_of(views[v]->kind())));
     }
-    add_squares(*views[v], evaluation.residuals, judge.views[v].inlier, trial.held_out[views[v]->placement()]);
+    add_squares(*views[v], evaluation.residuals, judge.views[v].inlier, trial.held_out[*placement]);
   }
   return {};
 }

@@ -13,7 +13,7 @@
 #include "solvers/closed_form/radial_alignment.h"
 #include "solvers/closed_form/resection.h"
 #include "solvers/closed_form/zhang.h"
-#include "solvers/decompositions.h"
+#include "solvers/mean_pose.h"
 
 namespace crumple {
 namespace {
@@ -204,19 +204,6 @@ Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, c
   if (best == nullptr && !zhang) return fail(fmt::format("{}: {}", spec.name, zhang.error().message));
   if (best == nullptr) return fail(fmt::format("{}: no pose of the board explains its corners", spec.name));
   return *best;
-}
-
-// Mean of poses: the rotation by the largest eigenvector of the quaternions' outer products (Markley et al. 2007).
-Pose mean_pose(const std::vector<Pose>& poses) {
-  Eigen::Matrix4d outer = Eigen::Matrix4d::Zero();
-  Pose mean;
-  for (const Pose& pose : poses) {
-    outer += pose.rotation.coeffs() * pose.rotation.coeffs().transpose();
-    mean.translation += pose.translation / static_cast<double>(poses.size());
-  }
-  const SymmetricEigen eigen = symmetric_eigen(outer);
-  mean.rotation = Eigen::Quaterniond(Eigen::Vector4d(eigen.vectors.col(3)));
-  return mean;
 }
 
 // Gives a board pose to every placement that a joined camera sees.

@@ -11,6 +11,7 @@
 #include "solvers/closed_form/hand_eye.h"
 #include "solvers/closed_form/rigid_fit.h"
 #include "solvers/closed_form/triangulate.h"
+#include "solvers/mean_pose.h"
 #include "tracking/motion_selection.h"
 
 namespace crumple {
@@ -216,16 +217,6 @@ Expected<void> build_constellation(const CalibrationData& data, Known& known) {
     }
   }
   return {};
-}
-
-Pose mean_pose(const std::vector<Pose>& poses) {
-  Pose mean = poses.front();
-  for (int i = 0; i < 3; ++i) {
-    Vector6d step = Vector6d::Zero();
-    for (const Pose& pose : poses) step += local_step(mean, pose) / static_cast<double>(poses.size());
-    mean = retract(mean, step);
-  }
-  return mean;
 }
 
 // leds_from_probe by boards that trackers and probe see at the same place.

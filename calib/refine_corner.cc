@@ -34,7 +34,7 @@ struct Sample {
   double intensity;
 };
 
-struct Parameters {
+struct CornerParameters {
   Eigen::Vector2d corner = Eigen::Vector2d::Zero();  // from the start
   Eigen::Vector2d angle_rad;                         // of the edges along the rows and along the columns
   double blur_px = kStartBlur_px;
@@ -67,7 +67,7 @@ struct Modelled {
   Vector gradient;
 };
 
-Modelled model_at(const Parameters& p, const Eigen::Vector2d& from_start) {
+Modelled model_at(const CornerParameters& p, const Eigen::Vector2d& from_start) {
   const Eigen::Vector2d d = from_start - p.corner;
   Eigen::Vector2d edge, slope, z;  // erf(...), its derivative by z, and z, of both edges
   Eigen::Matrix2d normal, along;   // columns
@@ -93,14 +93,14 @@ Modelled model_at(const Parameters& p, const Eigen::Vector2d& from_start) {
   return m;
 }
 
-struct NormalEquations {
+struct CornerEquations {
   Matrix matrix = Matrix::Zero();
   Vector right = Vector::Zero();
   double squares = 0;
 };
 
-NormalEquations linearise(const Parameters& p, const std::vector<Sample>& samples) {
-  NormalEquations n;
+CornerEquations linearise(const CornerParameters& p, const std::vector<Sample>& samples) {
+  CornerEquations n;
   for (const Sample& sample : samples) {
     const Modelled m = model_at(p, sample.from_start);
     const double residual = sample.intensity - m.intensity;
@@ -112,8 +112,8 @@ NormalEquations linearise(const Parameters& p, const std::vector<Sample>& sample
   return n;
 }
 
-Parameters moved(const Parameters& p, const Vector& step) {
-  Parameters next = p;
+CornerParameters moved(const CornerParameters& p, const Vector& step) {
+  CornerParameters next = p;
   next.corner += step.head<2>();
   next.angle_rad += step.segment<2>(2);
   next.blur_px = std::max(kLeastBlur_px, p.blur_px + std::clamp(step[4], -0.5 * p.blur_px, p.blur_px));
@@ -122,8 +122,8 @@ Parameters moved(const Parameters& p, const Vector& step) {
 }
 
 // Brightness and contrast for the start's geometry.
-void solve_linear(const std::vector<Sample>& samples, Parameters& p) {
-  const NormalEquations n = linearise(p, samples);
+void solve_linear(const std::vector<Sample>& samples, CornerParameters& p) {
+  const CornerEquations n = linearise(p, samples);
   const Eigen::Matrix<double, kLinear, kLinear> matrix = n.matrix.bottomRightCorner<kLinear, kLinear>();
   p.linear += solve_symmetric(matrix, n.right.tail<kLinear>());
 }
@@ -143,11 +143,11 @@ std::optional<RefinedCorner> refine_corner(const cv::Mat& image, const Eigen::Ve
                                            const Eigen::Vector2d& step_x, const Eigen::Vector2d& step_y) {
   const std::vector<Sample> samples = samples_around(image, start, step_x, step_y);
   if (samples.size() < 3 * kUnknowns) return std::nullopt;
-  Parameters p;
+  CornerParameters p;
   p.angle_rad << std::atan2(step_x.y(), step_x.x()), std::atan2(step_y.y(), step_y.x());
   solve_linear(samples, p);
 
-  NormalEquations at = linearise(p, samples);
+  CornerEquations at = linearise(p, samples);
   double damping = 1e-3;
   bool settled = false;
   for (int i = 0; i < kCornerIterations && !settled; ++i) {
@@ -155,8 +155,8 @@ std::optional<RefinedCorner> refine_corner(const cv::Mat& image, const Eigen::Ve
     damped.diagonal() *= 1 + damping;
     const Vector step = solve_symmetric(damped, at.right);
     if (!step.allFinite()) return std::nullopt;
-    const Parameters next = moved(p, step);
-    const NormalEquations there = linearise(next, samples);
+    const CornerParameters next = moved(p, step);
+    const CornerEquations there = linearise(next, samples);
     settled = step.head<2>().norm() < kSettled_px;
     if (there.squares > at.squares) {
       damping *= 10;

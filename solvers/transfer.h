@@ -31,7 +31,7 @@ class Transfer {
  public:
   // `station` as the views have it (solvers/observations.h).
   Transfer(const CalibrationState& state, std::size_t source, std::size_t target, std::size_t placement,
-           std::optional<std::size_t> station);
+           std::optional<std::size_t> station = {});
 
   // No value where the source pixel has no ray, the ray misses the board's surface, or the point lies behind a sensor.
   std::optional<Eigen::Vector2d> operator()(const Eigen::Vector2d& source_pixel) const;

@@ -73,7 +73,7 @@ std::optional<PoseFit> robust_fit(const std::vector<LedSighting>& sightings, con
   return fit;
 }
 
-struct Candidate {
+struct PoseCandidate {
   PoseFit fit;
   Used used;
 };
@@ -84,21 +84,21 @@ bool all_within(const std::vector<LedSighting>& sightings, const PoseFit& fit, d
 }
 
 // The best fit to all readings, where none of them is to be doubted.
-std::optional<Candidate> undoubted(const std::vector<LedSighting>& sightings, const std::vector<Pose>& starts,
-                                   double gate) {
+std::optional<PoseCandidate> undoubted(const std::vector<LedSighting>& sightings, const std::vector<Pose>& starts,
+                                       double gate) {
   const Used all(sightings.size(), 1);
-  std::optional<Candidate> best;
+  std::optional<PoseCandidate> best;
   for (const Pose& start : starts) {
     const auto fit = fit_pose(sightings, all, start);
     if (!fit || (best && fit->cost >= best->fit.cost) || !all_within(sightings, *fit, gate)) continue;
-    best = Candidate{*fit, all};
+    best = PoseCandidate{*fit, all};
   }
   return best;
 }
 
 // Leaves out the worst and takes back what fits, until nothing changes.
-std::optional<Candidate> gated(const std::vector<LedSighting>& sightings, const PoseFit& start, double gate) {
-  Candidate result{start, Used(sightings.size(), 0)};
+std::optional<PoseCandidate> gated(const std::vector<LedSighting>& sightings, const PoseFit& start, double gate) {
+  PoseCandidate result{start, Used(sightings.size(), 0)};
   SightingResidual at;
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     result.used[i] = evaluate(sightings[i], start.world_from_probe, at) &&
@@ -133,8 +133,8 @@ std::optional<Candidate> gated(const std::vector<LedSighting>& sightings, const 
 
 // A robust fit from the first start, where it leaves out so few that the rest is beyond doubt: what one wrong ID among
 // many or a reading at the gate needs.
-std::optional<Candidate> nearly_undoubted(const std::vector<LedSighting>& sightings, const std::vector<Pose>& starts,
-                                          double gate) {
+std::optional<PoseCandidate> nearly_undoubted(const std::vector<LedSighting>& sightings,
+                                              const std::vector<Pose>& starts, double gate) {
   if (starts.empty()) return std::nullopt;
   const auto robust = robust_fit(sightings, starts.front());
   if (!robust) return std::nullopt;
@@ -144,13 +144,14 @@ std::optional<Candidate> nearly_undoubted(const std::vector<LedSighting>& sighti
 }
 
 // Cut sums of squares pick the starts, then the numbers of readings that remain, then the sum of squares.
-std::optional<Candidate> consensus(const std::vector<LedSighting>& sightings, std::vector<Pose> starts, double gate) {
+std::optional<PoseCandidate> consensus(const std::vector<LedSighting>& sightings, std::vector<Pose> starts,
+                                       double gate) {
   const std::vector<Pose> triples = triple_starts(sightings, kMostTriples);
   starts.insert(starts.end(), triples.begin(), triples.end());
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < starts.size(); ++i) order.emplace_back(cut_sum(sightings, starts[i], 4 * gate), i);
   std::sort(order.begin(), order.end());
-  std::optional<Candidate> best;
+  std::optional<PoseCandidate> best;
   for (std::size_t i = 0; i < std::min(kRefinedStarts, order.size()); ++i) {
     const auto robust = robust_fit(sightings, starts[order[i].second]);
     if (!robust) continue;
@@ -180,7 +181,7 @@ bool same_pose(const Pose& a, const Pose& b, const Matrix6d& covariance, double 
 
 // Other poses that explain the same readings, nearly as well or better. Where three LEDs are seen by two trackers
 // there are none.
-std::vector<PoseFit> rivals(const std::vector<LedSighting>& sightings, const Candidate& found,
+std::vector<PoseFit> rivals(const std::vector<LedSighting>& sightings, const PoseCandidate& found,
                             const std::vector<Pose>& starts) {
   std::map<std::size_t, int> trackers;
   for (std::size_t i = 0; i < sightings.size(); ++i) trackers[sightings[i].led] += found.used[i];
@@ -201,7 +202,7 @@ std::vector<PoseFit> rivals(const std::vector<LedSighting>& sightings, const Can
 }
 
 Expected<void> settle_rivals(const std::vector<LedSighting>& sightings, const std::vector<PoseFit>& others,
-                             const std::optional<Pose>& near, Candidate& found) {
+                             const std::optional<Pose>& near, PoseCandidate& found) {
   if (others.empty()) return {};
   // A rival that is better by as much is the pose.
   const PoseFit* best = &found.fit;
@@ -225,7 +226,7 @@ Expected<void> settle_rivals(const std::vector<LedSighting>& sightings, const st
   return {};
 }
 
-Expected<void> check_evidence(const Candidate& found, std::size_t readings) {
+Expected<void> check_evidence(const PoseCandidate& found, std::size_t readings) {
   const std::size_t used = count_used(found.used);
   if (used == readings) return {};
   if (2 * used <= readings || 2 * used < 8) {
@@ -237,7 +238,7 @@ Expected<void> check_evidence(const Candidate& found, std::size_t readings) {
   return {};
 }
 
-ProbePose result_of(const std::vector<LedSighting>& sightings, const Candidate& found) {
+ProbePose result_of(const std::vector<LedSighting>& sightings, const PoseCandidate& found) {
   ProbePose result{.world_from_probe = found.fit.world_from_probe,
                    .covariance = found.fit.covariance,
                    .chi_square = found.fit.cost,

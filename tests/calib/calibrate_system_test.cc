@@ -45,7 +45,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(SystemCase{"Whole", {.stations = 12, .placements = 2}},
                     SystemCase{"FourTrackersAndAWand",
                                {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& of_case) { return of_case.param.name; });
 
 // Wand stations and those whose board the probe sees meet in one world.
 TEST(CalibrateSystemStart, StagesAreNearAndTheJointRefinementFitsBetter) {

@@ -82,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Parts{"OneTracker", {.trackers = 1, .stations = 15}},
                     Parts{"FourTrackersAndAWand", {.trackers = 4, .leds = 8, .stations = 12, .wand_stations = 20}},
                     Parts{"NoProjector", {.projector = false}}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& of_case) { return of_case.param.name; });
 
 TEST(TrackedBundleNoise, EveryGroupsSigmaIsFound) {
   const MadeSystem made =
