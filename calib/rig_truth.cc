@@ -113,6 +113,31 @@ Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated
   return estimated_ones;
 }
 
+Expected<double> lens_error_px(const Lens& estimated, const Lens& truth) {
+  constexpr int kColumns = 16, kRows = 12;
+  std::vector<Eigen::Vector3d> rays;  // of the true lens
+  std::vector<Eigen::Vector2d> pixels;
+  Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < kColumns * kRows; ++i) {
+    const Eigen::Vector2d pixel((i % kColumns + 0.5) / kColumns * (truth.size().width_px - 1),
+                                (i / kColumns + 0.5) / kRows * (truth.size().height_px - 1));
+    const auto known = truth.ray(pixel), found = estimated.ray(pixel);
+    if (!known || !found) continue;
+    rays.push_back(known->normalized());
+    pixels.push_back(pixel);
+    correlation += found->normalized() * known->normalized().transpose();
+  }
+  const Eigen::Matrix3d rotation = nearest_rotation(correlation);
+  double sum = 0;
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    const auto seen = estimated.project(rotation * rays[k]);
+    if (!seen) return fail("the estimated lens does not see what the true one does");
+    sum += (*seen - pixels[k]).squaredNorm();
+  }
+  if (rays.empty()) return fail("the lenses have no ray in common");
+  return std::sqrt(sum / static_cast<double>(rays.size()));
+}
+
 Expected<HandEyeError> hand_eye_error(const Rig& estimated, const Rig& truth) {
   std::vector<Eigen::Vector3d> found, known;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();

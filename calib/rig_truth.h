@@ -24,6 +24,10 @@ struct ParameterTruth {
 // translation in mm. Fails where the truth lacks a sensor or has another lens model there.
 Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated, const Rig& truth);
 
+// How far a lens is off: the RMS over the image, px, between where it and the true one see the rays of a grid of
+// pixels, after the rotation that fits them best, which is the mount's affair.
+Expected<double> lens_error_px(const Lens& estimated, const Lens& truth);
+
 // How far hand and eye are off: the rigid motion that carries the probe's true LEDs onto the estimated ones, both in
 // the frame of the first sensor on the probe.
 struct HandEyeError {

@@ -87,6 +87,10 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
     summary["failed"].push_back({{"id", view.station}, {"camera", view.camera}, {"reason", view.reason}});
   }
   if (!reconstruction.truth.empty()) summary["truth"] = truth_json(reconstruction.truth);
+  for (const auto& [rig, of_cloud] : reconstruction.compared) {
+    summary["truth"]["world_rms_mm"][rig] = of_cloud.moved_rms_mm;
+    summary["truth"]["world_raw_rms_mm"][rig] = of_cloud.trimmed_rms_mm;
+  }
   return summary;
 }
 
@@ -103,6 +107,11 @@ std::string reconstruction_text(const Reconstruction& reconstruction) {
     text += fmt::format("failed: station {}, {}: {}\n", view.station, view.camera, view.reason);
   }
   if (!reconstruction.truth.empty()) text += truth_text(reconstruction.truth);
+  if (!reconstruction.compared.empty())
+    text += "by rig: RMS (mm) in the world frame, and after one rigid move onto the surface\n";
+  for (const auto& [rig, of_cloud] : reconstruction.compared) {
+    text += fmt::format("  {:12} {:9.4f} {:9.4f}\n", rig, of_cloud.trimmed_rms_mm, of_cloud.moved_rms_mm);
+  }
   return text;
 }
 

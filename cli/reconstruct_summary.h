@@ -39,6 +39,8 @@ struct Reconstruction {
   std::vector<ReconstructedView> views;
   std::vector<FailedView> failed;
   std::vector<EstimatorTruth> truth;  // empty without --truth
+  // The main estimator by rigs beside the main one ("joint"), by their names; empty without --compare.
+  std::vector<EstimatorTruth> compared = {};
 
   std::size_t points(const std::string& estimator) const;
 };

@@ -18,10 +18,10 @@ namespace crumple {
 nlohmann::json rig_truth_json(const std::vector<ParameterTruth>& parameters);
 std::string rig_truth_text(const std::vector<ParameterTruth>& parameters);
 
-// How far hand and eye are off: the LEDs as a rigid body in the probe's frame, against the true ones. Into the
-// document's truth.hand_eye.NAME (mm at the LEDs' middle, deg) and the end of the text.
-Expected<void> add_hand_eye_truth(const std::filesystem::path& folder, const Rig& estimated, const std::string& name,
-                                  VerbResult& result);
+// How far hand and eye and the lenses are off, against the truth in `folder`: into the document's truth.hand_eye.NAME
+// (mm at the LEDs' middle, deg) and truth.lenses_px.NAME.SENSOR, and the end of the text.
+Expected<void> add_system_truth(const std::filesystem::path& folder, const Rig& estimated, const std::string& name,
+                                VerbResult& result);
 
 // Both, for the truth in `folder`, into what a verb answers: the document's `truth` and the end of the text.
 Expected<void> add_rig_truth(const std::filesystem::path& folder, const Rig& estimated, VerbResult& result);

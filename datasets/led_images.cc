@@ -22,7 +22,7 @@ Expected<BlinkCode> blink_code_of(const Capture& capture) {
 }
 
 Expected<Identification> read_lights(const Capture& capture, const BlinkCode& code, const std::string& camera,
-                                     const std::string& station) {
+                                     const std::string& station, const IdentifyOptions& options) {
   std::vector<std::optional<std::vector<Spot>>> frames;
   const std::vector<FrameContent>& contents = capture.frames_of(camera);
   for (std::size_t f = 0; f < contents.size(); ++f) {
@@ -37,7 +37,7 @@ Expected<Identification> read_lights(const Capture& capture, const BlinkCode& co
     if (!found) return fail(fmt::format("station {}, {}: {}", station, camera, found.error().message));
     frames.emplace_back(std::move(found->spots));
   }
-  auto lights = identify_leds(code, frames);
+  auto lights = identify_leds(code, frames, options);
   if (!lights) return fail(fmt::format("station {}, {}: {}", station, camera, lights.error().message));
   return lights;
 }

@@ -17,6 +17,6 @@ Expected<BlinkCode> blink_code_of(const Capture& capture);
 // LEDs by their index in Capture::leds. Frames without a file count as missing. Fails on an image that cannot be read,
 // and where no frame of the sequence is there.
 Expected<Identification> read_lights(const Capture& capture, const BlinkCode& code, const std::string& camera,
-                                     const std::string& station);
+                                     const std::string& station, const IdentifyOptions& options = {});
 
 }  // namespace crumple

@@ -27,6 +27,34 @@ Expected<std::vector<std::size_t>> rig_leds(const Capture& capture, const Rig& r
   return indices;
 }
 
+// What is not averaged out over frames is as large as the rig's own residuals say.
+IdentifyOptions options_for(const Rig& rig, const std::string& tracker) {
+  IdentifyOptions options;
+  const auto known = rig.sigma_px.find(tracker + ".leds");
+  if (known != rig.sigma_px.end()) options.lasting_sigma_px = std::max(options.lasting_sigma_px, known->second);
+  return options;
+}
+
+// The reference method: of the LEDs that are told without regard to a pose.
+Expected<Constellation> pose_by_markers(const Rig& rig, const std::vector<TrackerLights>& trackers,
+                                        const std::vector<std::size_t>& leds) {
+  Constellation result;
+  for (const TrackerLights& tracker : trackers) {
+    LedReading reading{{tracker.sensor, {}, {}, {}}, {}};
+    for (const IdentifiedLight& light : tracker.lights.leds) {
+      if (rig.leds[leds[light.led]].mount != Mount::probe) continue;
+      reading.view.leds.push_back(leds[light.led]);
+      reading.view.pixels.push_back(light.light.centre_of_gravity_px);
+      reading.covariances_px2.push_back(light.light.covariance_px2);
+    }
+    result.readings.push_back(std::move(reading));
+  }
+  const auto pose = paper_pose(rig, result.readings);
+  if (!pose) return tl::unexpected(pose.error());
+  result.pose.world_from_probe = pose->world_from_probe;
+  return result;
+}
+
 }  // namespace
 
 bool is_tracked(const Capture& capture, const Rig& rig) {
@@ -47,19 +75,14 @@ Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, con
     const auto index = rig.find(sensor.name);
     if (sensor.mount != Mount::world || !index || !capture.took_images(sensor.name, where)) continue;
     if (capture.exclusion(station, sensor.name) || !capture.find_frame(FrameContent::Kind::leds, sensor.name)) continue;
-    auto lights = read_lights(capture, *code, sensor.name, station);
+    auto lights = read_lights(capture, *code, sensor.name, station, options_for(rig, sensor.name));
     if (!lights) return tl::unexpected(lights.error());
     trackers.push_back({*index, std::move(*lights)});
   }
   if (trackers.empty()) return fail(fmt::format("station {}: no tracker of the rig took images there", station));
-  auto settled = settle_constellation(rig, trackers, *leds);
+  auto settled = method == PoseMethod::markers ? pose_by_markers(rig, trackers, *leds)
+                                               : settle_constellation(rig, trackers, *leds);
   if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
-  if (method == PoseMethod::markers) {
-    const auto pose = paper_pose(rig, settled->readings);
-    if (!pose) return fail(fmt::format("station {}: {}", station, pose.error().message));
-    settled->pose.world_from_probe = pose->world_from_probe;
-    settled->pose.covariance.setZero();
-  }
   return settled;
 }
 

@@ -121,7 +121,7 @@ Expected<void> write_starts(const CalibrationData& data, const CalibrationOption
   const std::pair<const char*, const Rig*> all[] = {
       {"closed_forms", &closed->rig}, {"stagewise", &calibration.start.rig}, {"joint", &calibration.bundle.state.rig}};
   for (const auto& [name, rig] : all) {
-    if (auto added = add_hand_eye_truth(FLAGS_truth, *rig, name, result); !added) return added;
+    if (auto added = add_system_truth(FLAGS_truth, *rig, name, result); !added) return added;
   }
   return {};
 }

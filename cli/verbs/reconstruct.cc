@@ -24,6 +24,10 @@
 DEFINE_string(rig, "", "folder of the rig");
 DEFINE_string(estimator, "weighted",
               "weighted, paper or edges; of several, comma-separated, the first is the main one");
+DEFINE_string(
+    compare, "",
+    "names of folders below the rig's, comma-separated, with rigs to compare it with against the truth, such as "
+    "those that calibrate --starts writes: their clouds are posed by markers, scored and not written");
 DEFINE_string(pose, "pixels",
               "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
 DEFINE_string(bit_rule, "inverse",
@@ -114,6 +118,14 @@ Expected<const Sensor*> matching_sensor(const CaptureSensor& wanted, const Rig& 
                           wanted.size.width_px, wanted.size.height_px));
 }
 
+// A rig beside the main one, and the cloud it makes of the same readings, posed as the reference method does.
+struct ComparedRig {
+  std::string name;
+  Rig rig;
+  std::vector<Pair> pairs;
+  Cloud cloud = {};
+};
+
 Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
   if (!capture.projector || capture.orientations.empty()) {
     return fail(fmt::format("{} has no stripe frames: there is nothing to reconstruct", capture.description.string()));
@@ -137,27 +149,43 @@ Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
   return pairs;
 }
 
+Expected<std::vector<ComparedRig>> rigs_to_compare(const Capture& capture) {
+  std::vector<ComparedRig> rigs;
+  for (const std::string& name : parse_names(FLAGS_compare)) {
+    auto rig = read_rig(std::filesystem::path(FLAGS_rig) / name);
+    if (!rig) return tl::unexpected(rig.error());
+    auto pairs = pairs_of(capture, *rig);
+    if (!pairs) return tl::unexpected(pairs.error());
+    rigs.push_back({name, std::move(*rig), std::move(*pairs)});
+  }
+  return rigs;
+}
+
+void append(const Cloud& part, const std::string& station, Cloud& cloud) {
+  auto& stations = cloud.stations;
+  cloud.frame = part.frame;
+  if (stations.empty() || stations.back() != station) stations.push_back(station);
+  for (CloudPoint point : part.points) {
+    point.station = static_cast<std::uint16_t>(stations.size() - 1);
+    cloud.points.push_back(point);
+  }
+}
+
 // All points of one estimator, station after station.
 struct NamedCloud {
   std::string estimator;
   Cloud cloud;
-
-  void append(const Cloud& part, const std::string& station) {
-    auto& stations = cloud.stations;
-    cloud.frame = part.frame;
-    if (stations.empty() || stations.back() != station) stations.push_back(station);
-    for (CloudPoint point : part.points) {
-      point.station = static_cast<std::uint16_t>(stations.size() - 1);
-      cloud.points.push_back(point);
-    }
-  }
 };
 
 // Images of one view at a time are in memory. A view fails as a whole: clouds of one run show the same stations.
 class Reconstructor {
  public:
-  Reconstructor(const Capture& capture, const Rig& rig, const Choices& choices)
-      : capture_(capture), rig_(rig), choices_(choices), tracked_(is_tracked(capture, rig)) {
+  Reconstructor(const Capture& capture, const Rig& rig, const Choices& choices, std::vector<ComparedRig> compared_rigs)
+      : compared(std::move(compared_rigs)),
+        capture_(capture),
+        rig_(rig),
+        choices_(choices),
+        tracked_(is_tracked(capture, rig)) {
     for (const NamedEstimator& named : choices.estimators) {
       reconstruction.estimators.push_back(named.name);
       clouds.push_back({named.name, {}});
@@ -180,7 +208,7 @@ class Reconstructor {
     }
     for (std::size_t i = 0; i < parts->size(); ++i) {
       const StationCloud& part = (*parts)[i];
-      clouds[i].append(tracked_ ? moved(part.cloud, where_->pose.world_from_probe, "world") : part.cloud, station);
+      append(in_its_frame(part.cloud), station, clouds[i].cloud);
       reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
                                       part.decoded_fraction, part.median_sigma_mm, part.orientations});
     }
@@ -188,9 +216,14 @@ class Reconstructor {
 
   Reconstruction reconstruction;
   std::vector<NamedCloud> clouds;
+  std::vector<ComparedRig> compared;
 
  private:
-  Expected<std::vector<StationCloud>> reconstruct(const std::string& station, const Pair& pair) const {
+  Cloud in_its_frame(const Cloud& cloud) const {
+    return tracked_ ? moved(cloud, where_->pose.world_from_probe, "world") : cloud;
+  }
+
+  Expected<std::vector<StationCloud>> reconstruct(const std::string& station, const Pair& pair) {
     const auto images = read_stripe_images(capture_, pair.camera, station);
     if (!images) return tl::unexpected(images.error());
     std::vector<StationCloud> parts;
@@ -199,11 +232,38 @@ class Reconstructor {
       options.estimator = named.estimator;
       options.decode.bit_rule = choices_.rule;
       options.name = "station " + station;
-      auto part = reconstruct_station(pair.geometry, *images, options);
+      const auto readings = read_stripes(*images, options);
+      if (!readings) return fail(fmt::format("{}: {}", options.name, readings.error().message));
+      auto part = reconstruct_readings(pair.geometry, *readings, options);
       if (!part) return tl::unexpected(part.error());
+      if (parts.empty()) {
+        if (const auto done = add_compared(station, pair.camera, *readings, options); !done) {
+          return tl::unexpected(done.error());
+        }
+      }
       parts.push_back(std::move(*part));
     }
     return parts;
+  }
+
+  // What the rigs beside make of the same readings.
+  Expected<void> add_compared(const std::string& station, const std::string& camera, const StationReadings& readings,
+                              const StationOptions& options) {
+    for (ComparedRig& beside : compared) {
+      const auto pair =
+          std::find_if(beside.pairs.begin(), beside.pairs.end(), [&](const Pair& p) { return p.camera == camera; });
+      if (pair == beside.pairs.end()) continue;
+      const auto part = reconstruct_readings(pair->geometry, readings, options);
+      if (!part) return fail(fmt::format("{}: {}", beside.name, part.error().message));
+      if (!tracked_) {
+        append(part->cloud, station, beside.cloud);
+        continue;
+      }
+      const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
+      if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
+      append(moved(part->cloud, where->pose.world_from_probe, "world"), station, beside.cloud);
+    }
+    return {};
   }
 
   const Capture& capture_;
@@ -223,6 +283,13 @@ Expected<std::vector<std::vector<Deviation>>> compare_with_truth(const std::opti
     if (!found) return tl::unexpected(found.error());
     work.reconstruction.truth.push_back({named.estimator, summarise(named.cloud, *found)});
     deviations.push_back(std::move(*found));
+  }
+  if (work.compared.empty()) return deviations;
+  work.reconstruction.compared.push_back({"joint", work.reconstruction.truth.front().summary});
+  for (const ComparedRig& beside : work.compared) {
+    const auto found = deviations_from_truth(beside.cloud, *scene, thread_count());
+    if (!found) return tl::unexpected(found.error());
+    work.reconstruction.compared.push_back({beside.name, summarise(beside.cloud, *found)});
   }
   return deviations;
 }
@@ -269,6 +336,8 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
   const auto choices = choices_from_flags();
   if (!choices) return usage_error(choices.error().message);
+  if (!FLAGS_compare.empty() && FLAGS_truth.empty())
+    return usage_error("--compare wants --truth: the rigs are compared with it");
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   const auto rig = read_rig(FLAGS_rig);
@@ -283,10 +352,12 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   }
   const auto pairs = pairs_of(*capture, *rig);
   if (!pairs) return tl::unexpected(pairs.error());
+  auto compared = rigs_to_compare(*capture);
+  if (!compared) return tl::unexpected(compared.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
 
-  Reconstructor work(*capture, *rig, *choices);
+  Reconstructor work(*capture, *rig, *choices, std::move(*compared));
   {
     Progress progress("reconstructing", stations->size() * pairs->size());
     for (const std::string& station : *stations) {
@@ -334,8 +405,8 @@ Verb reconstruct_verb() {
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "truth", "threads", "overwrite",
-                "json"},
+      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "compare", "truth", "threads",
+                "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_reconstruct};
 }
