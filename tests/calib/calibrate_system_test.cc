@@ -11,7 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr CalibrationOptions kFlat{.warp = WarpChoice::off};
+const CalibrationOptions kFlat{.warp = WarpChoice::off};
 
 struct SystemCase {
   const char* name;
@@ -43,6 +43,7 @@ TEST_P(CalibrateSystem, RecoversTheTruthFromNoiseFreeObservations) {
 INSTANTIATE_TEST_SUITE_P(
     AnyPart, CalibrateSystem,
     testing::Values(SystemCase{"Whole", {.stations = 12, .placements = 2}},
+                    SystemCase{"OneTracker", {.trackers = 1, .projector = false, .stations = 14}},
                     SystemCase{"FourTrackersAndAWand",
                                {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}}),
     [](const auto& of_case) { return of_case.param.name; });
