@@ -14,6 +14,7 @@
 #include "solvers/closed_form/triangulate.h"
 #include "solvers/mean_pose.h"
 #include "tracking/motion_selection.h"
+#include "tracking/probe_pose.h"
 
 namespace crumple {
 namespace {
@@ -284,6 +285,22 @@ Expected<Pose> leds_from_probe(const Known& known) {
   return start->hand_from_eye;
 }
 
+// Stations that are not known yet, by the pixels of LEDs that are: such as those of one tracker.
+void pose_by_leds(const CalibrationData& data, Known& known) {
+  constexpr double kNominalSigma_px = 0.5;
+  for (std::size_t s = 0; s < data.station_names.size(); ++s) {
+    if (known.world_from_probe.contains(s)) continue;
+    LedReadings readings;
+    for (const LedView& view : data.observations.leds) {
+      if (view.station != s) continue;
+      const Eigen::Matrix2d covariance = kNominalSigma_px * kNominalSigma_px * Eigen::Matrix2d::Identity();
+      readings.push_back({view, std::vector<Eigen::Matrix2d>(view.leds.size(), covariance)});
+    }
+    const auto pose = probe_pose(known.state.rig, readings);
+    if (pose) known.world_from_probe[s] = pose->world_from_probe;
+  }
+}
+
 // Placements from stations and stations from placements until nothing new is known.
 void spread(Known& known) {
   for (bool any = true; any;) {
@@ -360,6 +377,8 @@ Expected<CalibrationState> initial_system(const CalibrationData& data, const Cal
   for (const auto& [led, point] : triangulated_leds(data, known.state.rig, std::nullopt)) {
     known.state.rig.leds[led].position_mm = point;
   }
+  spread(known);
+  if (any_led) pose_by_leds(data, known);
   spread(known);
   CalibrationState state = std::move(known.state);
   if (const auto done = settle(data, known, state); !done) return tl::unexpected(done.error());

@@ -14,7 +14,7 @@
 //      solvers/closed_form/hand_eye.h).
 //   5. LEDs, stations and placements in the frames of probe and world. A station without LEDs is posed by a placement
 //   that
-//      others know.
+//      others know, one with LEDs that do not suffice for step 3 by their pixels (tracking/probe_pose.h).
 //
 // With the parts not refined these are the closed forms alone; with the parts refined each by itself it is stage by
 // stage, as laboratories do it.

@@ -44,8 +44,11 @@ MadeSystemOptions random_options(unsigned seed) {
   options.wand_stations = options.trackers > 1 ? whole(0, 15) : 0;
   options.tracker_placements = whole(6, 20);
   options.projector = whole(0, 1) == 1;
-  // One in ten is only shifted about, never turned: hand and eye are not to be told from that.
-  options.turn_deg = whole(1, 10) == 1 ? 0 : real(12, 35);
+  // One in ten is only shifted about, or turned about one axis alone: hand and eye are not to be told from that.
+  options.turn_deg = real(12, 35);
+  const int kind = whole(1, 20);
+  if (kind == 1) options.turn_deg = 0;
+  if (kind == 2) options.one_axis = true;
   options.led_sigma_px = real(0.02, 0.2);
   options.corner_sigma_px = real(0.05, 0.2);
   options.stripe_sigma_px = real(0.05, 0.2);
@@ -119,8 +122,9 @@ int run() {
     const auto from_truth = refine(made.truth, made.observations, bundle);
     const auto found = calibrate(data_of(made), {.warp = WarpChoice::off, .bundle = bundle});
     const std::string shape =
-        fmt::format("{} trackers, {} LEDs, {} stations at {} placements, {} wand, turns {:.0f} deg", options.trackers,
-                    options.leds, options.stations, options.placements, options.wand_stations, options.turn_deg);
+        fmt::format("{} trackers, {} LEDs, {} stations at {} placements, {} wand, turns {:.0f} deg{}", options.trackers,
+                    options.leds, options.stations, options.placements, options.wand_stations, options.turn_deg,
+                    options.one_axis ? " about one axis" : "");
     Json row{{"seed", options.seed}, {"shape", shape}};
     std::string said;
     if (!found) {
