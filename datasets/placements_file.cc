@@ -111,7 +111,8 @@ Expected<Placements> parse_placements(const std::string& text, const std::string
   Placements all;
   YamlMap map = YamlValue(*root, "", &problems).map();
   bool moved = false;
-  if (const auto schema = map.require("schema", kSchema)) moved = schema->one_of({kSchema, kMovedSchema}) == kMovedSchema;
+  if (const auto schema = map.require("schema", kSchema))
+    moved = schema->one_of({kSchema, kMovedSchema}) == kMovedSchema;
   if (const auto boards = map.require("boards", "the list of boards")) {
     for (const YamlValue& board : boards->list()) all.boards.push_back(read_board_entry(board));
   }
