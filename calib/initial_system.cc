@@ -8,11 +8,13 @@
 
 #include <fmt/format.h>
 
+#include "calib/one_tracker.h"
 #include "solvers/closed_form/hand_eye.h"
 #include "solvers/closed_form/rigid_fit.h"
 #include "solvers/closed_form/triangulate.h"
 #include "solvers/mean_pose.h"
 #include "tracking/motion_selection.h"
+#include "tracking/probe_pose.h"
 
 namespace crumple {
 namespace {
@@ -185,6 +187,28 @@ std::optional<Pose> fit_leds(const std::map<std::size_t, Eigen::Vector3d>& in_le
   return pose ? std::optional(*pose) : std::nullopt;
 }
 
+// Where nothing can be triangulated: the tracker that reads most LEDs before one placement poses that placement and the
+// LEDs.
+Expected<void> start_from_one_tracker(const CalibrationData& data, Known& known) {
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<LedsBeforeBoard>> candidates;  // by placement and tracker
+  for (const LedView& view : data.observations.leds) {
+    for (const auto& [sighting, probe_from_board] : known.probe_from_board) {
+      if (!view.station || sighting.second != view.station) continue;
+      candidates[{sighting.first, view.sensor}].push_back({probe_from_board.inverse(), view.leds, view.pixels});
+    }
+  }
+  const auto most = std::max_element(candidates.begin(), candidates.end(),
+                                     [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  if (most == candidates.end()) return fail("no tracker sees the probe's LEDs while the probe sees a board");
+  const auto& [placement, tracker] = most->first;
+  const Sensor& sensor = known.state.rig.sensors[tracker];
+  const auto start = one_tracker_start(sensor.lens, most->second);
+  if (!start) return tl::unexpected(start.error());
+  known.world_from_board[placement] = sensor.sensor_from_mount.inverse() * start->tracker_from_board;
+  for (const auto& [led, position_mm] : start->led_in_probe_mm) known.state.rig.leds[led].position_mm = position_mm;
+  return {};
+}
+
 // The constellation, and where it is at every station that shows enough of it.
 Expected<void> build_constellation(const CalibrationData& data, Known& known) {
   std::map<std::size_t, std::map<std::size_t, Eigen::Vector3d>> waiting;  // station -> LED -> in the world
@@ -192,6 +216,7 @@ Expected<void> build_constellation(const CalibrationData& data, Known& known) {
     auto points = triangulated_leds(data, known.state.rig, s);
     if (points.size() >= kLeastForRigidFit) waiting.emplace(s, std::move(points));
   }
+  if (waiting.empty() && !known.probe_from_board.empty()) return start_from_one_tracker(data, known);
   if (waiting.empty()) {
     return fail(
         "at no station do two trackers see the same three LEDs: check what the trackers see and that they are "
@@ -260,6 +285,22 @@ Expected<Pose> leds_from_probe(const Known& known) {
   return start->hand_from_eye;
 }
 
+// Stations that are not known yet, by the pixels of LEDs that are: such as those of one tracker.
+void pose_by_leds(const CalibrationData& data, Known& known) {
+  constexpr double kNominalSigma_px = 0.5;
+  for (std::size_t s = 0; s < data.station_names.size(); ++s) {
+    if (known.world_from_probe.contains(s)) continue;
+    LedReadings readings;
+    for (const LedView& view : data.observations.leds) {
+      if (view.station != s) continue;
+      const Eigen::Matrix2d covariance = kNominalSigma_px * kNominalSigma_px * Eigen::Matrix2d::Identity();
+      readings.push_back({view, std::vector<Eigen::Matrix2d>(view.leds.size(), covariance)});
+    }
+    const auto pose = probe_pose(known.state.rig, readings);
+    if (pose) known.world_from_probe[s] = pose->world_from_probe;
+  }
+}
+
 // Placements from stations and stations from placements until nothing new is known.
 void spread(Known& known) {
   for (bool any = true; any;) {
@@ -323,7 +364,8 @@ Expected<CalibrationState> initial_system(const CalibrationData& data, const Cal
                                    [](const LedView& view) { return view.station.has_value(); });
   if (any_led) {
     if (const auto done = build_constellation(data, known); !done) return tl::unexpected(done.error());
-    const auto hand_eye = known.probe_from_board.empty() ? Expected<Pose>(Pose{}) : leds_from_probe(known);
+    const bool needs_hand_eye = !known.probe_from_board.empty() && !known.led_in_leds.empty();
+    const auto hand_eye = needs_hand_eye ? leds_from_probe(known) : Expected<Pose>(Pose{});
     if (!hand_eye) return tl::unexpected(hand_eye.error());
     for (const auto& [station, world_from_leds] : known.world_from_leds) {
       known.world_from_probe[station] = world_from_leds * *hand_eye;
@@ -335,6 +377,8 @@ Expected<CalibrationState> initial_system(const CalibrationData& data, const Cal
   for (const auto& [led, point] : triangulated_leds(data, known.state.rig, std::nullopt)) {
     known.state.rig.leds[led].position_mm = point;
   }
+  spread(known);
+  if (any_led) pose_by_leds(data, known);
   spread(known);
   CalibrationState state = std::move(known.state);
   if (const auto done = settle(data, known, state); !done) return tl::unexpected(done.error());

@@ -8,12 +8,13 @@
 //   the
 //      station with most of them gives a frame of the LEDs, the others are fitted to it
 //      (solvers/closed_form/rigid_fit.h) and add those it lacks. Reference LEDs in the room are triangulated likewise.
+//      Where a single tracker watches, LEDs and board are posed by the probe's own poses (calib/one_tracker.h).
 //   4. Hand and eye: where trackers and probe see the same board, the pose of the probe's frame in the LEDs' follows
 //      directly; otherwise from the motions between stations before the same placement (Horaud & Dornaika,
 //      solvers/closed_form/hand_eye.h).
 //   5. LEDs, stations and placements in the frames of probe and world. A station without LEDs is posed by a placement
 //   that
-//      others know.
+//      others know, one with LEDs that do not suffice for step 3 by their pixels (tracking/probe_pose.h).
 //
 // With the parts not refined these are the closed forms alone; with the parts refined each by itself it is stage by
 // stage, as laboratories do it.

@@ -219,9 +219,16 @@ bool settle_untold_poses(const Views& views, const Observations& observations, b
   return changed;
 }
 
+// Of what several groups leave over.
+struct Pool {
+  double square = 0;
+  double redundancy = 0;
+};
+
+// `small` remembers the groups whose redundancy was once too little, lest one on the limit go to and fro.
 std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Linearisation& at,
-                                                  const std::vector<ViewWeights>& weights,
-                                                  const BundleOptions& options) {
+                                                  const std::vector<ViewWeights>& weights, const BundleOptions& options,
+                                                  std::set<GroupKey>& small) {
   std::map<GroupKey, GroupSummary> groups;
   std::map<GroupKey, double> squares, all_squares;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -241,16 +248,23 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
       group.redundancy += d - at.hats[v][static_cast<std::size_t>(i)].trace();
     }
   }
+  std::map<View::Kind, Pool> pools;
+  for (const auto& [key, group] : groups) {
+    pools[key.second].square += squares[key];
+    pools[key.second].redundancy += group.redundancy;
+    if (group.redundancy < options.minimum_redundancy) small.insert(key);
+  }
   for (auto& [key, group] : groups) {
     const int d = key.second == View::Kind::stripes ? 1 : 2;
     const std::size_t accepted = group.observations - group.outliers;
     group.rms_px = accepted > 0 ? std::sqrt(squares[key] / static_cast<double>(accepted)) : 0;
     group.rms_all_px = std::sqrt(all_squares[key] / static_cast<double>(group.observations));
-    group.sigma_estimated = group.redundancy >= options.minimum_redundancy;
+    const Pool& pool = pools[key.second];
+    const Pool own = small.contains(key) ? pool : Pool{squares[key], group.redundancy};
+    group.sigma_estimated = own.redundancy >= options.minimum_redundancy;
     const double kept = options.reject_outliers ? kept_variance(d, options.gate) : 1;
-    group.sigma_px = group.sigma_estimated
-                         ? std::max(std::sqrt(squares[key] / (group.redundancy * kept)), kSigmaFloor_px)
-                         : options.prior_sigma_px;
+    group.sigma_px = group.sigma_estimated ? std::max(std::sqrt(own.square / (own.redundancy * kept)), kSigmaFloor_px)
+                                           : options.prior_sigma_px;
   }
   return groups;
 }
@@ -403,12 +417,13 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     settle_untold_poses(views, observations, true, weights, state, held);
   }
   const MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors};
+  std::set<GroupKey> small;
   for (int round = 1;; ++round) {
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
     if (!minimum) return tl::unexpected(minimum.error());
     auto at = linearise(views, weights, minimum->equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
-    const auto groups = summarise_groups(views, *at, weights, options);
+    const auto groups = summarise_groups(views, *at, weights, options, small);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);

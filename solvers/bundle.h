@@ -11,7 +11,8 @@
 //      whole: its pose stays where it was and is not estimated.
 //   3. Sigma of a group: its sum of squares over its redundancy (observations less the trace of their hat matrix), and
 //      over the share of the variance that a chi-square distribution cut at the gate keeps. A group with a redundancy
-//      under 50 keeps its prior sigma and says so.
+//      under 50 takes that of all groups of its kind together; where that is under 50 too it keeps its prior sigma and
+//      says so.
 //
 // Priors (solvers/prior.h) count as observations of their own, in the solve and in the covariance; they are whitened
 // already and never outliers. Weak ones name what the observations leave undetermined.

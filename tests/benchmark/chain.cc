@@ -2,8 +2,10 @@
 // part refined by itself, then tied together in closed form: what laboratories do today), and the joint refinement.
 //
 // Made campaigns without images; the truth is the same rig each time, boards, stations and noise are drawn anew.
-// Measured are new stations of the probe: points before its camera and projector, placed in the world by its LEDs. The
-// first two ways pose the probe as the reference method does, by triangulated markers; the third from the LEDs' pixels.
+// Measured are new stations of the probe: points before its camera and projector, placed in the world by its LEDs.
+// Their stripe coordinates are exact, so that what shows is the error of calibration and tracking, which a surface's
+// many points do not average out; and, in a row of their own, as noisy as in calibration. The first two ways pose the
+// probe as the reference method does, by triangulated markers; the third from the LEDs' pixels.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -61,10 +63,10 @@ struct Measurement {
   MadeSystem made;
   std::vector<Points> in_probe;                             // true, by station
   std::vector<std::vector<Eigen::Vector2d>> camera_pixels;  // by station
-  std::vector<std::vector<Eigen::Vector2d>> stripes_px;     // columns and rows, noisy
+  std::vector<std::vector<Eigen::Vector2d>> stripes_px;     // columns and rows
 };
 
-Measurement measure(MadeSystemOptions options, unsigned seed) {
+Measurement measure(MadeSystemOptions options, double stripe_sigma_px, unsigned seed) {
   Measurement m;
   options.stations = 0;
   options.wand_stations = kMeasuringStations;
@@ -72,7 +74,7 @@ Measurement measure(MadeSystemOptions options, unsigned seed) {
   options.seed = seed;
   m.made = make_system(options);
   std::mt19937_64 random(seed + 7);
-  std::normal_distribution<double> noise(0, options.stripe_sigma_px);
+  std::normal_distribution<double> noise(0, 1);
   std::uniform_real_distribution<double> depth_mm(720, 880);
   const Sensor& camera = m.made.truth.rig.sensors[0];
   const Sensor& projector = m.made.truth.rig.sensors[1];
@@ -87,8 +89,8 @@ Measurement measure(MadeSystemOptions options, unsigned seed) {
       if (!lit) continue;
       points.push_back(point);
       pixels.push_back(pixel);
-      const double column = lit->x() + noise(random);
-      stripes.emplace_back(column, lit->y() + noise(random));
+      const double column = lit->x() + stripe_sigma_px * noise(random);
+      stripes.emplace_back(column, lit->y() + stripe_sigma_px * noise(random));
     }
   }
   return m;
@@ -193,13 +195,14 @@ const std::vector<std::string> kWays{"closed forms", "stage by stage", "joint"};
 // By way, over the campaigns.
 using Series = std::map<std::string, std::vector<std::vector<double>>>;
 
-void add(const ChainErrors& errors, std::size_t way, Series& series) {
+void add(const ChainErrors& errors, const ChainErrors& noisy, std::size_t way, Series& series) {
   const auto put = [&](const std::string& name, double value) {
     auto& ways = series[name];
     ways.resize(kWays.size());
     ways[way].push_back(value);
   };
   put("world points, aligned, mm", errors.world_mm);
+  put("world points, aligned, with noise of decoding, mm", noisy.world_mm);
   put("world points, raw, mm", errors.raw_mm);
   put("hand-eye, mm", errors.hand_eye_mm);
   put("hand-eye, deg", errors.hand_eye_deg);
@@ -243,12 +246,15 @@ Expected<void> run_campaign(const NamedRig& rig, unsigned seed, Series& series) 
   if (!stages) return fail("stages: " + stages.error().message);
   const auto joint = calibrate(data, flat);
   if (!joint) return fail("joint: " + joint.error().message);
-  const Measurement m = measure(options, 1000 + seed);
+  const Measurement m = measure(options, 0, 1000 + seed);
+  const Measurement with_noise = measure(options, options.stripe_sigma_px, 1000 + seed);
   const Rig* const found[] = {&closed->rig, &stages->rig, &joint->bundle.state.rig};
   for (std::size_t way = 0; way < kWays.size(); ++way) {
     const auto errors = errors_of(*found[way], m, options.led_sigma_px, way == 2);
     if (!errors) return fail(kWays[way] + ": " + errors.error().message);
-    add(*errors, way, series);
+    const auto noisy = errors_of(*found[way], with_noise, options.led_sigma_px, way == 2);
+    if (!noisy) return fail(kWays[way] + ": " + noisy.error().message);
+    add(*errors, *noisy, way, series);
   }
   return {};
 }

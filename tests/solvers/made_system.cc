@@ -104,11 +104,16 @@ class Maker {
     const Eigen::Vector3d centre =
         made_.truth.world_from_board[placement] * (0.5 * (board.point(0) + board.point(board.point_count() - 1)));
     const double turn = options_.turn_deg * kDegree;
-    const Eigen::Vector3d direction = turned(turn).rotation * Eigen::Vector3d::UnitZ();
+    const Eigen::Quaterniond tilt =
+        options_.one_axis ? rotation_from_vector({0, uniform(turn), 0}) : turned(turn).rotation;
+    const Eigen::Vector3d direction = tilt * Eigen::Vector3d::UnitZ();
     const double distance = kProbeDistance_mm * (1 + uniform(0.12));
-    const Eigen::Vector3d aim = centre + Eigen::Vector3d(uniform(40), uniform(40), 0);
-    made_.truth.world_from_probe.push_back(
-        world_from_onlooker(centre - distance * direction, aim, uniform(1.5 * turn)));
+    const Eigen::Vector3d aside(uniform(40), uniform(40), 0);
+    const double roll_rad = uniform(1.5 * turn);
+    const bool looks_at_it = turn > 0 && !options_.one_axis;
+    const Eigen::Vector3d position = centre - distance * direction + (looks_at_it ? Eigen::Vector3d(0, 0, 0) : aside);
+    made_.truth.world_from_probe.push_back(looks_at_it ? world_from_onlooker(position, centre + aside, roll_rad)
+                                                       : world_from_onlooker(position, position + direction, 0));
     const std::size_t station = made_.truth.world_from_probe.size() - 1;
     for (std::size_t s = 0; s < made_.truth.rig.sensors.size(); ++s) {
       if (made_.truth.rig.sensors[s].mount == Mount::world) see_leds(s, station);

@@ -23,7 +23,8 @@ struct MadeSystemOptions {
   int placements = 1;           // of the probe's board
   int wand_stations = 0;        // LEDs only
   int tracker_placements = 15;  // of the trackers' board
-  double turn_deg = 30;         // of the probe about each axis, at most
+  double turn_deg = 30;         // of the probe about each axis, at most; 0: it is only shifted
+  bool one_axis = false;        // turned about the upright axis alone
   double led_sigma_px = 0.05;
   double corner_sigma_px = 0.1;
   double stripe_sigma_px = 0.1;

@@ -197,7 +197,7 @@ struct RecordDamage {
 TEST_F(CalibrationRecordFiles, DamageIsNamed) {
   const std::string placements = content_of(home_ / "placements.yaml"), residuals = content_of(home_ / "residuals.csv");
   for (const RecordDamage& damage :
-       {RecordDamage{"placements.yaml", "placements/1", "placements/2", "schema"},
+       {RecordDamage{"placements.yaml", "placements/1", "placements/3", "schema"},
         RecordDamage{"placements.yaml", "board: \"board\"", "board: \"bord\"", "one of the boards"},
         RecordDamage{"placements.yaml", "warp_mm", "warp_cm", "warp_mm"},
         RecordDamage{"placements.yaml", "[7, 5]", "[5, 4]", "beyond the 20"},

@@ -1,0 +1,92 @@
+// A tracked probe from images to poses: rendered, calibrated together with its trackers, tracked.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program.h"
+
+namespace crumple {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+// Rendered and calibrated once for all tests of a program run.
+class TrackedSystem {
+ public:
+  static const TrackedSystem& get() {
+    static const TrackedSystem system;
+    return system;
+  }
+
+  std::string capture() const { return (home_ / "capture").string(); }
+  std::string rig() const { return (home_ / "rig").string(); }
+  const ProgramRun& rendered() const { return rendered_; }
+  const ProgramRun& calibrated() const { return calibrated_; }
+
+ private:
+  TrackedSystem()
+      : rendered_(run_program("simulate '" CRUMPLE_SOURCE_DIR
+                              "/tests/data/scenes/tracked.yaml' --nodepth_maps --out='" +
+                              capture() + "'")),
+        calibrated_(run_program("calibrate '" + capture() + "/capture.yaml' --truth='" + capture() +
+                                "/truth' --starts --nooverlays --json --out='" + rig() + "'")) {}
+
+  TemporaryFolder home_;
+  ProgramRun rendered_;
+  ProgramRun calibrated_;
+};
+
+TEST(TrackedSystemVerbs, CalibrateRefinesEverythingTogether) {
+  const TrackedSystem& system = TrackedSystem::get();
+  ASSERT_EQ(system.rendered().exit_code, 0) << system.rendered().err;
+  ASSERT_THAT(system.calibrated().exit_code, testing::AnyOf(0, 4)) << system.calibrated().err;
+  const json summary = json::parse(system.calibrated().out);
+  EXPECT_EQ(summary["leds"].size(), 5U);
+  EXPECT_EQ(summary["stations"], 9);
+  EXPECT_TRUE(summary["sensors"]["tracker1"]["groups"].contains("leds"));
+  const json& truth = summary["truth"];
+  EXPECT_GE(truth["share_within_3_sigma"], 0.95);
+  const json& hand_eye = truth["hand_eye"];
+  EXPECT_LT(hand_eye["joint"]["mm"], 1.5);
+  EXPECT_LT(hand_eye["joint"]["mm"].get<double>(), hand_eye["closed_forms"]["mm"].get<double>());
+  const std::string rig = content_of(system.rig() + "/rig.yaml");
+  EXPECT_THAT(rig, HasSubstr("crumple-rig/2"));
+  EXPECT_THAT(rig, HasSubstr("sensor_from_world"));
+  EXPECT_THAT(content_of(system.rig() + "/placements.yaml"), HasSubstr("world_from_probe"));
+  EXPECT_THAT(content_of(system.rig() + "/residuals.csv"), HasSubstr("wand_1,tracker0,tracker0,leds,0,"));
+}
+
+TEST(TrackedSystemVerbs, TrackPosesEveryStationThatShowsLeds) {
+  const TrackedSystem& system = TrackedSystem::get();
+  const TemporaryFolder home;
+  const ProgramRun run =
+      run_program("track '" + system.capture() + "/capture.yaml' --rig='" + system.rig() +
+                  "' --stations=cal_01,cal_05,wand_1,shown_01 --json --out='" + (home / "poses").string() + "'");
+  EXPECT_EQ(run.exit_code, 5) << run.err;  // the probe was put aside at shown_01
+  const json summary = json::parse(run.out);
+  EXPECT_EQ(summary["stations"].size(), 3U);
+  ASSERT_EQ(summary["failed"].size(), 1U);
+  EXPECT_EQ(summary["failed"][0]["id"], "shown_01");
+  const json& wand = summary["stations"]["wand_1"];
+  // tests/data/scenes/tracked.yaml: [-275.61, 1.49, 1784.39] in the frame of the first tracker.
+  EXPECT_NEAR(wand["translation_mm"][0].get<double>(), -275.61, 6);
+  EXPECT_NEAR(wand["translation_mm"][1].get<double>(), 1.49, 6);
+  EXPECT_NEAR(wand["translation_mm"][2].get<double>(), 1784.39, 6);
+  EXPECT_THAT(content_of(home / "poses/poses.csv"), HasSubstr("\nwand_1,"));
+}
+
+TEST(TrackedSystemVerbs, AnotherProbesRigIsRefused) {
+  const TrackedSystem& system = TrackedSystem::get();
+  const TemporaryFolder home;
+  std::filesystem::copy(system.rig(), home / "rig", std::filesystem::copy_options::recursive);
+  std::string rig = content_of(home / "rig/rig.yaml");
+  for (std::size_t at = 0; (at = rig.find("name: \"c\"", at)) != std::string::npos;) rig.replace(at, 9, "name: \"z\"");
+  std::ofstream(home / "rig/rig.yaml") << rig;
+  const ProgramRun run = run_program("track '" + system.capture() + "/capture.yaml' --rig='" + (home / "rig").string() +
+                                     "' --out='" + (home / "poses").string() + "'");
+  EXPECT_EQ(run.exit_code, 3);
+}
+
+}  // namespace
+}  // namespace crumple
