@@ -26,11 +26,51 @@ json view_json(const ReconstructedView& view) {
               {"points", view.points},
               {"decoded_fraction", view.decoded_fraction},
               {"median_sigma_mm", view.median_sigma_mm},
+              {"removed",
+               {{"isolated", view.removed.isolated},
+                {"off_surface", view.removed.off_surface},
+                {"grazing", view.removed.grazing},
+                {"edge", view.removed.edge}}},
               {"orientations", json::array()}};
   for (const OrientationReport& orientation : view.orientations) {
     result["orientations"].push_back(orientation_json(orientation));
   }
   return result;
+}
+
+json merge_json(const MergeReport& report) {
+  json result{{"spacing_mm", report.spacing_mm},
+              {"points_in", report.points_in},
+              {"without_normal", report.without_normal},
+              {"points", report.points_out},
+              {"overlap_share", report.overlap_share},
+              {"contradictions", report.contradictions},
+              {"outvoted", report.outvoted},
+              {"stations", json::array()}};
+  for (const StationOverlap& overlap : report.stations) {
+    result["stations"].push_back({{"id", overlap.station},
+                                  {"points", overlap.points},
+                                  {"shared_points", overlap.shared_points},
+                                  {"shared_sites", overlap.shared_sites},
+                                  {"offset_mm", overlap.offset_mm},
+                                  {"difference_mm", overlap.difference_mm},
+                                  {"split", overlap.split}});
+  }
+  return result;
+}
+
+std::string merge_text(const WrittenCloud& cloud) {
+  std::string text = fmt::format(
+      "{}: {} points merged into {}, {:.2f} mm apart, {:.1f} % of them seen by several stations; {} contradict each "
+      "other, {} were outvoted\n",
+      cloud.estimator, cloud.merged->points_in, cloud.points, cloud.merged->spacing_mm,
+      100 * cloud.merged->overlap_share, cloud.merged->contradictions, cloud.merged->outvoted);
+  for (const StationOverlap& overlap : cloud.merged->stations) {
+    if (overlap.shared_sites == 0) continue;
+    text += fmt::format("  {} differs from those before it by {:.3f} mm (robust sigma), {:+.3f} mm in the middle\n",
+                        overlap.station, overlap.difference_mm, overlap.offset_mm);
+  }
+  return text;
 }
 
 json deviation_json(const DeviationSummary& summary) {
@@ -44,13 +84,15 @@ json deviation_json(const DeviationSummary& summary) {
           {"predicted_mm", summary.predicted_mm},
           {"observed_over_predicted", summary.observed_over_predicted},
           {"moved_rms_mm", summary.moved_rms_mm},
-          {"moved_over_predicted", summary.moved_over_predicted}};
+          {"moved_over_predicted", summary.moved_over_predicted},
+          {"moved_all_rms_mm", summary.moved_all_rms_mm}};
 }
 
 json truth_json(const std::vector<EstimatorTruth>& truth) {
   json result{{"cloud_rms_mm", json::object()}, {"estimators", json::object()}};
   for (const EstimatorTruth& one : truth) {
-    result["cloud_rms_mm"][one.estimator] = one.summary.rms_mm;
+    result["cloud_rms_mm"][one.estimator] = one.cloud_rms_mm();
+    if (one.in_world) result["cloud_raw_rms_mm"][one.estimator] = one.summary.rms_mm;
     result["estimators"][one.estimator] = deviation_json(one.summary);
   }
   return result;
@@ -60,7 +102,7 @@ std::string truth_text(const std::vector<EstimatorTruth>& truth) {
   std::string text =
       "distance from the true surface (mm)\n"
       "  estimator       RMS  within 5 sigma  trimmed  robust sigma     mean      max  predicted  moved onto it\n";
-  for (const auto& [estimator, s] : truth) {
+  for (const auto& [estimator, s, in_world] : truth) {
     text += fmt::format("  {:9} {:9.4f} {:15.4f} {:6.2f} % {:13.4f} {:+8.4f} {:8.3f} {:10.4f} {:14.4f}\n", estimator,
                         s.rms_mm, s.trimmed_rms_mm, 100 * s.trimmed_share, s.robust_sigma_mm, s.mean_mm, s.max_mm,
                         s.predicted_mm, s.moved_rms_mm);
@@ -70,24 +112,22 @@ std::string truth_text(const std::vector<EstimatorTruth>& truth) {
 
 }  // namespace
 
-std::size_t Reconstruction::points(const std::string& estimator) const {
-  std::size_t sum = 0;
-  for (const ReconstructedView& view : views) sum += view.estimator == estimator ? view.points : 0;
-  return sum;
-}
-
 json reconstruction_summary(const Reconstruction& reconstruction) {
   json summary{{"schema", "crumple-cloud-summary/1"},
                {"estimator", reconstruction.estimators.front()},
-               {"points", reconstruction.points(reconstruction.estimators.front())},
+               {"points", reconstruction.clouds.front().points},
                {"stations", json::array()},
                {"failed", json::array()}};
   for (const ReconstructedView& view : reconstruction.views) summary["stations"].push_back(view_json(view));
   for (const FailedView& view : reconstruction.failed) {
     summary["failed"].push_back({{"id", view.station}, {"camera", view.camera}, {"reason", view.reason}});
   }
+  for (const WrittenCloud& cloud : reconstruction.clouds) {
+    if (cloud.merged) summary["merged"][cloud.estimator] = merge_json(*cloud.merged);
+    if (cloud.not_smoothed > 0) summary["not_smoothed"][cloud.estimator] = cloud.not_smoothed;
+  }
   if (!reconstruction.truth.empty()) summary["truth"] = truth_json(reconstruction.truth);
-  for (const auto& [rig, of_cloud] : reconstruction.compared) {
+  for (const auto& [rig, of_cloud, in_world] : reconstruction.compared) {
     summary["truth"]["world_rms_mm"][rig] = of_cloud.moved_rms_mm;
     summary["truth"]["world_raw_rms_mm"][rig] = of_cloud.trimmed_rms_mm;
   }
@@ -102,6 +142,13 @@ std::string reconstruction_text(const Reconstruction& reconstruction) {
     for (const OrientationReport& orientation : view.orientations) {
       if (!orientation.used) text += fmt::format("  {}\n", orientation.reason);
     }
+    if (view.removed.total() > 0) {
+      text += fmt::format("  removed: {} isolated, {} off the surface, {} grazing, {} at edges\n",
+                          view.removed.isolated, view.removed.off_surface, view.removed.grazing, view.removed.edge);
+    }
+  }
+  for (const WrittenCloud& cloud : reconstruction.clouds) {
+    if (cloud.merged) text += merge_text(cloud);
   }
   for (const FailedView& view : reconstruction.failed) {
     text += fmt::format("failed: station {}, {}: {}\n", view.station, view.camera, view.reason);
@@ -109,7 +156,7 @@ std::string reconstruction_text(const Reconstruction& reconstruction) {
   if (!reconstruction.truth.empty()) text += truth_text(reconstruction.truth);
   if (!reconstruction.compared.empty())
     text += "by rig: RMS (mm) in the world frame, and after one rigid move onto the surface\n";
-  for (const auto& [rig, of_cloud] : reconstruction.compared) {
+  for (const auto& [rig, of_cloud, in_world] : reconstruction.compared) {
     text += fmt::format("  {:12} {:9.4f} {:9.4f}\n", rig, of_cloud.trimmed_rms_mm, of_cloud.moved_rms_mm);
   }
   return text;

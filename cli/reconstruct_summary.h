@@ -1,13 +1,15 @@
 // What `crumple reconstruct` says of its clouds: summary.json (docs/formats.md) and a page of text.
 #pragma once
 
-#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "datasets/truth.h"
+#include "recon/clean.h"
+#include "recon/merge.h"
 #include "recon/station.h"
 
 namespace crumple {
@@ -17,10 +19,19 @@ struct ReconstructedView {
   std::string station;
   std::string camera;
   std::string estimator;
-  std::size_t points = 0;
+  std::size_t points = 0;  // before cleaning
   double decoded_fraction = 0;
   double median_sigma_mm = 0;
   std::vector<OrientationReport> orientations;
+  RemovedPoints removed;
+};
+
+// One estimator's cloud as it is written.
+struct WrittenCloud {
+  std::string estimator;
+  std::size_t points = 0;
+  std::optional<MergeReport> merged;
+  std::size_t not_smoothed = 0;
 };
 
 struct FailedView {
@@ -32,17 +43,20 @@ struct FailedView {
 struct EstimatorTruth {
   std::string estimator;
   DeviationSummary summary;
+  bool in_world = false;
+
+  // Over all points; in the world frame, which is nobody's, after one rigid move onto the surface.
+  double cloud_rms_mm() const { return in_world ? summary.moved_all_rms_mm : summary.rms_mm; }
 };
 
 struct Reconstruction {
   std::vector<std::string> estimators;  // the first one's cloud is the main one
   std::vector<ReconstructedView> views;
   std::vector<FailedView> failed;
+  std::vector<WrittenCloud> clouds;   // one per estimator
   std::vector<EstimatorTruth> truth;  // empty without --truth
   // The main estimator by rigs beside the main one ("joint"), by their names; empty without --compare.
   std::vector<EstimatorTruth> compared = {};
-
-  std::size_t points(const std::string& estimator) const;
 };
 
 nlohmann::json reconstruction_summary(const Reconstruction& reconstruction);

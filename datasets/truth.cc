@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Core>
 #include <fmt/format.h>
@@ -82,9 +83,33 @@ Vector6d motion_row(const CloudPoint& point, const Deviation& deviation, const E
   return row;
 }
 
-Spread after_rigid_motion(const Cloud& cloud, const std::vector<Deviation>& deviations, const std::vector<char>& kept) {
+Eigen::Vector3d centre_of(const Cloud& cloud) {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (const CloudPoint& point : cloud.points) centre += point.position_mm / static_cast<double>(cloud.points.size());
+  return centre;
+}
+
+struct Trim {
+  double robust_sigma_mm = 0;
+  std::vector<char> kept;
+};
+
+// Precondition: there are deviations.
+Trim trim(const std::vector<Deviation>& deviations) {
+  std::vector<double> values;
+  for (const Deviation& deviation : deviations) values.push_back(deviation.distance_mm);
+  const double median = median_of(values);
+  for (double& value : values) value = std::abs(value - median);
+  Trim trim{sigma_of_mad * median_of(values), std::vector<char>(deviations.size())};
+  for (std::size_t i = 0; i < deviations.size(); ++i) {
+    trim.kept[i] = std::abs(deviations[i].distance_mm - median) <= trim_sigmas * trim.robust_sigma_mm;
+  }
+  return trim;
+}
+
+std::vector<Deviation> after_rigid_motion(const Cloud& cloud, std::vector<Deviation> deviations,
+                                          const std::vector<char>& kept) {
+  const Eigen::Vector3d centre = centre_of(cloud);
   Matrix6d normal_matrix = Matrix6d::Zero();
   Vector6d right_side = Vector6d::Zero();
   for (std::size_t i = 0; i < deviations.size(); ++i) {
@@ -97,13 +122,10 @@ Spread after_rigid_motion(const Cloud& cloud, const std::vector<Deviation>& devi
   normal_matrix.diagonal() *= 1 + 1e-9;
   normal_matrix.diagonal().array() += 1e-9;
   const Vector6d motion = solve_symmetric(normal_matrix, right_side);
-  Spread spread;
   for (std::size_t i = 0; i < deviations.size(); ++i) {
-    if (!kept[i]) continue;
-    const double moved = deviations[i].distance_mm + motion_row(cloud.points[i], deviations[i], centre).dot(motion);
-    spread.add(moved, deviations[i].predicted_mm);
+    deviations[i].distance_mm += motion_row(cloud.points[i], deviations[i], centre).dot(motion);
   }
-  return spread;
+  return deviations;
 }
 
 }  // namespace
@@ -130,31 +152,36 @@ DeviationSummary summarise(const Cloud& cloud, const std::vector<Deviation>& dev
   DeviationSummary summary;
   summary.points = deviations.size();
   if (deviations.empty()) return summary;
-  std::vector<double> values;
-  Spread all, trimmed;
-  for (const Deviation& deviation : deviations) {
-    values.push_back(deviation.distance_mm);
+  const auto [robust_sigma_mm, kept] = trim(deviations);
+  const std::vector<Deviation> moved = after_rigid_motion(cloud, deviations, kept);
+  Spread all, trimmed, moved_all, moved_trimmed;
+  for (std::size_t i = 0; i < deviations.size(); ++i) {
+    const Deviation& deviation = deviations[i];
     all.add(deviation.distance_mm, deviation.predicted_mm);
+    moved_all.add(moved[i].distance_mm, moved[i].predicted_mm);
     summary.mean_mm += deviation.distance_mm / static_cast<double>(deviations.size());
     summary.max_mm = std::max(summary.max_mm, std::abs(deviation.distance_mm));
+    if (!kept[i]) continue;
+    trimmed.add(deviation.distance_mm, deviation.predicted_mm);
+    moved_trimmed.add(moved[i].distance_mm, moved[i].predicted_mm);
   }
-  const double median = median_of(values);
-  for (double& value : values) value = std::abs(value - median);
-  summary.robust_sigma_mm = sigma_of_mad * median_of(values);
-  std::vector<char> kept(deviations.size());
-  for (std::size_t i = 0; i < deviations.size(); ++i) {
-    kept[i] = std::abs(deviations[i].distance_mm - median) <= trim_sigmas * summary.robust_sigma_mm;
-    if (kept[i]) trimmed.add(deviations[i].distance_mm, deviations[i].predicted_mm);
-  }
-  const Spread moved = after_rigid_motion(cloud, deviations, kept);
+  summary.robust_sigma_mm = robust_sigma_mm;
   summary.rms_mm = all.rms_mm();
   summary.trimmed_rms_mm = trimmed.rms_mm();
   summary.trimmed_share = 1 - static_cast<double>(trimmed.count) / static_cast<double>(deviations.size());
   summary.predicted_mm = trimmed.predicted_mm();
   summary.observed_over_predicted = trimmed.ratio();
-  summary.moved_rms_mm = moved.rms_mm();
-  summary.moved_over_predicted = moved.ratio();
+  summary.moved_rms_mm = moved_trimmed.rms_mm();
+  summary.moved_over_predicted = moved_trimmed.ratio();
+  summary.moved_all_rms_mm = moved_all.rms_mm();
   return summary;
+}
+
+std::vector<Deviation> moved_deviations(const Cloud& cloud, std::vector<Deviation> deviations) {
+  assert(cloud.points.size() == deviations.size());
+  if (deviations.empty()) return deviations;
+  const std::vector<char> kept = trim(deviations).kept;
+  return after_rigid_motion(cloud, std::move(deviations), kept);
 }
 
 }  // namespace crumple

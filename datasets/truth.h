@@ -49,9 +49,14 @@ struct DeviationSummary {
   // the shape's error and the noise. The move is a first-order one (Chen and Medioni 1992, one step).
   double moved_rms_mm = 0;
   double moved_over_predicted = 0;
+  double moved_all_rms_mm = 0;  // after the same move, over all points
 };
 
 // Precondition: as many deviations as the cloud has points.
 DeviationSummary summarise(const Cloud& cloud, const std::vector<Deviation>& deviations);
+
+// The deviations after the one rigid move onto the surface that "moved" figures are of: where the frame is nobody's,
+// such as the world of the first tracker, these are what there is to see. Precondition as above.
+std::vector<Deviation> moved_deviations(const Cloud& cloud, std::vector<Deviation> deviations);
 
 }  // namespace crumple

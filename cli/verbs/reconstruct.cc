@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include "cli/cloud_assembly.h"
 #include "cli/flags.h"
 #include "cli/progress.h"
 #include "cli/reconstruct_summary.h"
@@ -19,7 +20,6 @@
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
 #include "datasets/station_pose.h"
-#include "recon/move_cloud.h"
 
 DEFINE_string(rig, "", "folder of the rig");
 DEFINE_string(estimator, "weighted",
@@ -30,6 +30,12 @@ DEFINE_string(
     "those that calibrate --starts writes: their clouds are posed by markers, scored and not written");
 DEFINE_string(pose, "pixels",
               "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
+DEFINE_bool(clean, true, "take noise, grazing and edge points out of every view");
+DEFINE_bool(merge, true,
+            "fuse stations where they overlap into one cloud; of tracked captures with several stations, since others "
+            "have no common frame");
+DEFINE_double(spacing, 0, "mm between merged points; 0: as the first station's points lie");
+DEFINE_double(smooth, 0, "radius in mm of a local polynomial fit that the points are moved onto; 0: none");
 DEFINE_string(bit_rule, "inverse",
               "what a pattern is compared with: inverse (its inverse), half (the mean of white and black) or paper "
               "(white less a fixed threshold)");
@@ -46,6 +52,7 @@ struct Choices {
   PoseMethod pose = PoseMethod::pixels;
   std::vector<NamedEstimator> estimators;
   BitRule rule = BitRule::inverse;
+  AssemblyOptions assembly = {};  // but for whether there is something to merge
 };
 
 // A camera of the capture that the rig knows, with the capture's projector.
@@ -73,6 +80,13 @@ Expected<Choices> choices_from_flags() {
   } else if (FLAGS_pose != "pixels") {
     return fail(fmt::format("--pose={} is neither pixels nor markers.", FLAGS_pose));
   }
+  if (FLAGS_spacing < 0) return fail(fmt::format("--spacing={} is negative.", FLAGS_spacing));
+  if (FLAGS_smooth < 0) return fail(fmt::format("--smooth={} is negative.", FLAGS_smooth));
+  choices.assembly = {.clean = FLAGS_clean,
+                      .merge = FLAGS_merge,
+                      .spacing_mm = FLAGS_spacing,
+                      .smooth_radius_mm = FLAGS_smooth,
+                      .threads = thread_count()};
   if (FLAGS_bit_rule == "half") {
     choices.rule = BitRule::half;
   } else if (FLAGS_bit_rule == "paper") {
@@ -123,6 +137,7 @@ struct ComparedRig {
   std::string name;
   Rig rig;
   std::vector<Pair> pairs;
+  std::optional<CloudAssembly> assembly = std::nullopt;
   Cloud cloud = {};
 };
 
@@ -161,35 +176,30 @@ Expected<std::vector<ComparedRig>> rigs_to_compare(const Capture& capture) {
   return rigs;
 }
 
-void append(const Cloud& part, const std::string& station, Cloud& cloud) {
-  auto& stations = cloud.stations;
-  cloud.frame = part.frame;
-  if (stations.empty() || stations.back() != station) stations.push_back(station);
-  for (CloudPoint point : part.points) {
-    point.station = static_cast<std::uint16_t>(stations.size() - 1);
-    cloud.points.push_back(point);
-  }
-}
-
-// All points of one estimator, station after station.
+// All points of one estimator.
 struct NamedCloud {
   std::string estimator;
-  Cloud cloud;
+  CloudAssembly assembly;
+  Cloud cloud = {};
 };
 
 // Images of one view at a time are in memory. A view fails as a whole: clouds of one run show the same stations.
 class Reconstructor {
  public:
-  Reconstructor(const Capture& capture, const Rig& rig, const Choices& choices, std::vector<ComparedRig> compared_rigs)
+  Reconstructor(const Capture& capture, const Rig& rig, const Choices& choices, std::vector<ComparedRig> compared_rigs,
+                std::size_t stations)
       : compared(std::move(compared_rigs)),
         capture_(capture),
         rig_(rig),
         choices_(choices),
         tracked_(is_tracked(capture, rig)) {
+    AssemblyOptions assembly = choices.assembly;
+    assembly.merge = assembly.merge && tracked_ && stations > 1;
     for (const NamedEstimator& named : choices.estimators) {
       reconstruction.estimators.push_back(named.name);
-      clouds.push_back({named.name, {}});
+      clouds.push_back({named.name, CloudAssembly(assembly)});
     }
+    for (ComparedRig& beside : compared) beside.assembly.emplace(assembly);
   }
 
   // To be called before add() of a station: where the probe was, if it is tracked.
@@ -208,10 +218,24 @@ class Reconstructor {
     }
     for (std::size_t i = 0; i < parts->size(); ++i) {
       const StationCloud& part = (*parts)[i];
-      append(in_its_frame(part.cloud), station, clouds[i].cloud);
+      const RemovedPoints removed =
+          clouds[i].assembly.add(part.cloud, station, pair.geometry.probe_from_cam.translation, world_from_probe());
       reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
-                                      part.decoded_fraction, part.median_sigma_mm, part.orientations});
+                                      part.decoded_fraction, part.median_sigma_mm, part.orientations, removed});
     }
+  }
+
+  // After the last add().
+  Expected<void> finish() {
+    for (NamedCloud& named : clouds) {
+      AssembledCloud assembled = named.assembly.finish();
+      if (assembled.cloud.points.empty()) return fail(named.estimator + ": cleaning left no point; see --noclean");
+      named.cloud = std::move(assembled.cloud);
+      reconstruction.clouds.push_back(
+          {named.estimator, named.cloud.points.size(), std::move(assembled.merged), assembled.not_smoothed});
+    }
+    for (ComparedRig& beside : compared) beside.cloud = beside.assembly->finish().cloud;
+    return {};
   }
 
   Reconstruction reconstruction;
@@ -219,8 +243,8 @@ class Reconstructor {
   std::vector<ComparedRig> compared;
 
  private:
-  Cloud in_its_frame(const Cloud& cloud) const {
-    return tracked_ ? moved(cloud, where_->pose.world_from_probe, "world") : cloud;
+  std::optional<Pose> world_from_probe() const {
+    return tracked_ ? std::optional<Pose>(where_->pose.world_from_probe) : std::nullopt;
   }
 
   Expected<std::vector<StationCloud>> reconstruct(const std::string& station, const Pair& pair) {
@@ -255,13 +279,13 @@ class Reconstructor {
       if (pair == beside.pairs.end()) continue;
       const auto part = reconstruct_readings(pair->geometry, readings, options);
       if (!part) return fail(fmt::format("{}: {}", beside.name, part.error().message));
-      if (!tracked_) {
-        append(part->cloud, station, beside.cloud);
-        continue;
+      std::optional<Pose> place;
+      if (tracked_) {
+        const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
+        if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
+        place = where->pose.world_from_probe;
       }
-      const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
-      if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
-      append(moved(part->cloud, where->pose.world_from_probe, "world"), station, beside.cloud);
+      beside.assembly->add(part->cloud, station, pair->geometry.probe_from_cam.translation, place);
     }
     return {};
   }
@@ -273,7 +297,7 @@ class Reconstructor {
   Expected<Constellation> where_ = Constellation{};
 };
 
-// Deviations per cloud; empty without --truth.
+// Deviations per cloud, in the world frame after one rigid move onto the surface; empty without --truth.
 Expected<std::vector<std::vector<Deviation>>> compare_with_truth(const std::optional<Scene>& scene,
                                                                  Reconstructor& work) {
   std::vector<std::vector<Deviation>> deviations;
@@ -281,15 +305,16 @@ Expected<std::vector<std::vector<Deviation>>> compare_with_truth(const std::opti
   for (const NamedCloud& named : work.clouds) {
     auto found = deviations_from_truth(named.cloud, *scene, thread_count());
     if (!found) return tl::unexpected(found.error());
-    work.reconstruction.truth.push_back({named.estimator, summarise(named.cloud, *found)});
-    deviations.push_back(std::move(*found));
+    const bool in_world = named.cloud.frame == "world";
+    work.reconstruction.truth.push_back({named.estimator, summarise(named.cloud, *found), in_world});
+    deviations.push_back(in_world ? moved_deviations(named.cloud, std::move(*found)) : std::move(*found));
   }
   if (work.compared.empty()) return deviations;
-  work.reconstruction.compared.push_back({"joint", work.reconstruction.truth.front().summary});
+  work.reconstruction.compared.push_back({"joint", work.reconstruction.truth.front().summary, true});
   for (const ComparedRig& beside : work.compared) {
     const auto found = deviations_from_truth(beside.cloud, *scene, thread_count());
     if (!found) return tl::unexpected(found.error());
-    work.reconstruction.compared.push_back({beside.name, summarise(beside.cloud, *found)});
+    work.reconstruction.compared.push_back({beside.name, summarise(beside.cloud, *found), true});
   }
   return deviations;
 }
@@ -300,8 +325,9 @@ CloudPicture picture_of(const Capture& capture, const Reconstructor& work,
   CloudPicture picture = picture_of_sigma(cloud, capture.title);
   picture.subtitle = fmt::format("{}, {} points", work.clouds.front().estimator, cloud.points.size());
   if (deviations.empty()) return picture;
-  const DeviationSummary& truth = work.reconstruction.truth.front().summary;
-  picture.subtitle += fmt::format(", RMS distance from the true surface {:.3f} mm", truth.rms_mm);
+  const EstimatorTruth& truth = work.reconstruction.truth.front();
+  picture.subtitle += fmt::format(", RMS distance from the true surface {:.3f} mm", truth.cloud_rms_mm());
+  if (truth.in_world) picture.subtitle += " after one rigid move onto it";
   picture.label = "distance from the true surface, mm";
   picture.is_signed = true;
   for (std::size_t i = 0; i < picture.values.size(); ++i) {
@@ -357,7 +383,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
 
-  Reconstructor work(*capture, *rig, *choices, std::move(*compared));
+  Reconstructor work(*capture, *rig, *choices, std::move(*compared), stations->size());
   {
     Progress progress("reconstructing", stations->size() * pairs->size());
     for (const std::string& station : *stations) {
@@ -369,6 +395,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
     }
   }
   if (auto some = refuse_if_all_failed(work.reconstruction); !some) return tl::unexpected(some.error());
+  if (auto done = work.finish(); !done) return tl::unexpected(done.error());
   const auto deviations = compare_with_truth(scene, work);
   if (!deviations) return tl::unexpected(deviations.error());
 
@@ -395,7 +422,7 @@ Verb reconstruct_verb() {
       .usage = "CAPTURE.yaml --rig=DIR --out=DIR [--flags]",
       .description =
           "Reconstructs every camera that the rig knows, station after station: in the probe frame or, where trackers "
-          "watch the probe's LEDs, in the world frame. Writes "
+          "watch the probe's LEDs, in the world frame, with overlapping stations fused by their uncertainties. Writes "
           "cloud.ply by the first estimator, cloud_NAME.ply by each further one, picture.png and summary.json. "
           "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
           "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "
@@ -405,8 +432,8 @@ Verb reconstruct_verb() {
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "compare", "truth", "threads",
-                "overwrite", "json"},
+      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "clean", "merge", "spacing",
+                "smooth", "compare", "truth", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_reconstruct};
 }

@@ -85,6 +85,10 @@ TEST(Truth, ARigidMotionIsTakenOutOfTheMovedFigure) {
   const DeviationSummary summary = score(cloud, scene);
   EXPECT_GT(summary.rms_mm, 0.03);
   EXPECT_LT(summary.moved_rms_mm, 0.02 * summary.rms_mm);
+  EXPECT_LT(summary.moved_all_rms_mm, 0.02 * summary.rms_mm);
+  const auto deviations = deviations_from_truth(cloud, scene, 2);
+  ASSERT_TRUE(deviations);
+  for (const Deviation& moved : moved_deviations(cloud, *deviations)) EXPECT_LT(std::abs(moved.distance_mm), 2e-3);
 }
 
 TEST(Truth, AnUnknownStationIsNamed) {
