@@ -131,6 +131,7 @@ struct Known {
   std::map<std::size_t, Pose> world_from_leds;         // by station; the LEDs' own frame
   std::map<std::size_t, Pose> world_from_probe;        // by station
   std::map<std::size_t, Eigen::Vector3d> led_in_leds;  // by LED, in the LEDs' frame
+  std::set<std::size_t> located;                       // LEDs whose place on the probe is in the state
 };
 
 Expected<void> take_part(const CalibrationData& data, Mount mount, const CalibratePart& calibrate_part, Known& known) {
@@ -205,7 +206,10 @@ Expected<void> start_from_one_tracker(const CalibrationData& data, Known& known)
   const auto start = one_tracker_start(sensor.lens, most->second);
   if (!start) return tl::unexpected(start.error());
   known.world_from_board[placement] = sensor.sensor_from_mount.inverse() * start->tracker_from_board;
-  for (const auto& [led, position_mm] : start->led_in_probe_mm) known.state.rig.leds[led].position_mm = position_mm;
+  for (const auto& [led, position_mm] : start->led_in_probe_mm) {
+    known.state.rig.leds[led].position_mm = position_mm;
+    known.located.insert(led);
+  }
   return {};
 }
 
@@ -325,6 +329,32 @@ void spread(Known& known) {
   }
 }
 
+// LEDs of the probe that are in no constellation yet: seen by single trackers, but from several stations that are
+// posed. Names one that stays unknown; the refinement must not start it from nowhere.
+Expected<void> locate_other_leds(const CalibrationData& data, Known& known) {
+  std::map<std::size_t, std::vector<Sighting>> sightings;  // the probe's frame in place of the world
+  for (const LedView& view : data.observations.leds) {
+    if (!view.station) continue;
+    const auto station = known.world_from_probe.find(*view.station);
+    const Sensor& sensor = known.state.rig.sensors[view.sensor];
+    for (std::size_t i = 0; i < view.leds.size(); ++i) {
+      if (known.located.contains(view.leds[i])) continue;
+      auto& of_led = sightings[view.leds[i]];
+      if (station == known.world_from_probe.end()) continue;
+      of_led.push_back({&sensor.lens, sensor.sensor_from_mount * station->second, view.pixels[i]});
+    }
+  }
+  for (const auto& [led, seen] : sightings) {
+    const auto point = triangulate(seen);
+    if (!point) {
+      return fail(
+          fmt::format("LED {}: its place on the probe cannot be told: {}", data.leds[led].name, point.error().message));
+    }
+    known.state.rig.leds[led].position_mm = point->point_mm;
+  }
+  return {};
+}
+
 // Takes the poses into the state; names what is not connected.
 Expected<void> settle(const CalibrationData& data, const Known& known, CalibrationState& state) {
   for (const LedView& view : data.observations.leds) {
@@ -372,6 +402,7 @@ Expected<CalibrationState> initial_system(const CalibrationData& data, const Cal
     }
     for (const auto& [led, point] : known.led_in_leds) {
       known.state.rig.leds[led].position_mm = hand_eye->inverse() * point;
+      known.located.insert(led);
     }
   }
   for (const auto& [led, point] : triangulated_leds(data, known.state.rig, std::nullopt)) {
@@ -380,6 +411,7 @@ Expected<CalibrationState> initial_system(const CalibrationData& data, const Cal
   spread(known);
   if (any_led) pose_by_leds(data, known);
   spread(known);
+  if (const auto done = locate_other_leds(data, known); !done) return tl::unexpected(done.error());
   CalibrationState state = std::move(known.state);
   if (const auto done = settle(data, known, state); !done) return tl::unexpected(done.error());
   return state;

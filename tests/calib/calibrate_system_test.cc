@@ -1,5 +1,7 @@
 // A whole system from nothing but observations: closed forms over the graph of who sees what, then the joint
 // refinement.
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -101,6 +103,33 @@ TEST(CalibrateSystemStart, AStationThatNothingPosesIsNamed) {
   const auto found = calibrate(data_of(made), kFlat);
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().message, HasSubstr("station_8"));
+}
+
+// Led 4 is in the first tracker's view only, and so in no constellation.
+TEST(CalibrateSystemStart, AnLedThatOneTrackerSeesIsLocatedFromSeveralStationsOrNamed) {
+  MadeSystem made = make_system({.projector = false, .stations = 12});
+  bool first = true;
+  const auto keep_led_4 = [&](bool once) {
+    MadeSystem with = made;
+    for (LedView& view : with.observations.leds) {
+      if (view.sensor == 1 && !(once && !first)) {
+        first = false;
+        continue;
+      }
+      const auto at = std::find(view.leds.begin(), view.leds.end(), std::size_t{4}) - view.leds.begin();
+      if (at == static_cast<std::ptrdiff_t>(view.leds.size())) continue;
+      view.leds.erase(view.leds.begin() + at);
+      view.pixels.erase(view.pixels.begin() + at);
+    }
+    return with;
+  };
+  const auto found = calibrate(data_of(keep_led_4(false)), kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_LT((found->bundle.state.rig.leds[4].position_mm - made.truth.rig.leds[4].position_mm).norm(), 3);
+  first = true;
+  const auto named = calibrate(data_of(keep_led_4(true)), kFlat);
+  ASSERT_FALSE(named);
+  EXPECT_THAT(named.error().message, HasSubstr("LED led4"));
 }
 
 TEST(CalibrateSystemStart, ATrackerWithoutBoardsIsNamed) {

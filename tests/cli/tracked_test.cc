@@ -86,6 +86,7 @@ TEST(TrackedSystemVerbs, AnotherProbesRigIsRefused) {
   const ProgramRun run = run_program("track '" + system.capture() + "/capture.yaml' --rig='" + (home / "rig").string() +
                                      "' --out='" + (home / "poses").string() + "'");
   EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("no LED c"));
 }
 
 }  // namespace
