@@ -8,6 +8,8 @@
 #include "calib/correlation.h"
 #include "calib/initial_system.h"
 #include "calib/lens_prior.h"
+#include "calib/rig_prior.h"
+#include "calib/start_from_rig.h"
 #include "solvers/decompositions.h"
 
 namespace crumple {
@@ -112,6 +114,64 @@ Expected<Calibration> refine_shape(const CalibrationState& start, const Observat
   return Calibration{.start = start, .bundle = std::move(*flat), .warp_statistic = statistic};
 }
 
+Expected<CalibrationState> start_of(const CalibrationData& data, const CalibrationOptions& options) {
+  if (options.earlier) return start_from_rig(data, options.earlier->rig, options.earlier->board_scales);
+  return data.station_names.empty() ? closed_forms(data, options.bundle) : stage_by_stage(data, options);
+}
+
+// What is known without an earlier rig: weak priors of lenses, and certificates.
+Expected<void> add_knowledge(const CalibrationData& data, const CalibrationState& start, BundleOptions& options) {
+  add_lens_priors(start, options);
+  for (Prior& prior : scale_priors(data, start)) options.priors.push_back(std::move(prior));
+  return {};
+}
+
+bool knows_led(const Rig& rig, const std::string& name) {
+  return std::any_of(rig.leds.begin(), rig.leds.end(), [&](const Led& led) { return led.name == name; });
+}
+
+// Where bars lie now the rig does not know.
+Rig without_bars(Rig rig, const CalibrationData& data) {
+  for (const ScaleBar& bar : data.bars) {
+    for (const auto& [from, to] : bar.places) {
+      std::erase_if(rig.leds,
+                    [&](const Led& led) { return led.name == data.leds[from].name || led.name == data.leds[to].name; });
+    }
+  }
+  return rig;
+}
+
+// What an earlier rig knows; certificates only of boards and bars that it does not.
+Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlier, const CalibrationState& start,
+                           BundleOptions& options) {
+  auto known = rig_prior(without_bars(earlier.rig, data), start, data.observations);
+  if (!known) return tl::unexpected(known.error());
+  options.priors.push_back(std::move(known->prior));
+  options.held.insert(known->held.begin(), known->held.end());
+  options.freed.insert(known->freed.begin(), known->freed.end());
+  const auto keeps = [&](const std::string& name) {
+    return !earlier.corrected.empty() && !earlier.corrected.contains(name);
+  };
+  for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
+    const std::string& name = start.rig.sensors[s].name;
+    if (!earlier.rig.find(name) || !keeps(name)) continue;
+    options.held.insert({BlockId::Kind::lens, s});
+    options.held.insert({BlockId::Kind::mount, s});
+  }
+  for (std::size_t l = 0; l < start.rig.leds.size(); ++l) {
+    if (knows_led(earlier.rig, start.rig.leds[l].name) && keeps("leds")) options.held.insert({BlockId::Kind::led, l});
+  }
+  const std::set<std::string> rows(earlier.rig.covariance.names.begin(), earlier.rig.covariance.names.end());
+  CalibrationData unknown = data;
+  for (BoardSpec& board : unknown.boards) {
+    if (rows.contains(board.name + ".scale")) board.certificate.reset();
+  }
+  std::erase_if(unknown.bars,
+                [&](const ScaleBar& bar) { return knows_led(earlier.rig, data.leds[bar.places.front().first].name); });
+  for (Prior& prior : scale_priors(unknown, start)) options.priors.push_back(std::move(prior));
+  return {};
+}
+
 template <typename V>
 std::vector<V> without(const std::vector<V>& views, std::size_t placement) {
   std::vector<V> kept;
@@ -148,14 +208,11 @@ Expected<CalibrationState> stage_by_stage(const CalibrationData& data, const Cal
 Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOptions& options) {
   BundleOptions bundle_options = options.bundle;
   bundle_options.estimate_warp = false;
-  const Expected<CalibrationState> start =
-      data.station_names.empty() ? closed_forms(data, bundle_options) : stage_by_stage(data, options);
+  const Expected<CalibrationState> start = start_of(data, options);
   if (!start) return tl::unexpected(start.error());
-
-  add_lens_priors(*start, bundle_options);
-  for (Prior& prior : scale_priors(data.boards, data.board_of, data.temperature, *start)) {
-    bundle_options.priors.push_back(std::move(prior));
-  }
+  const auto known = options.earlier ? add_earlier(data, *options.earlier, *start, bundle_options)
+                                     : add_knowledge(data, *start, bundle_options);
+  if (!known) return tl::unexpected(known.error());
 
   bundle_options.estimate_warp = options.warp != WarpChoice::off;
   auto independent = refine(*start, data.observations, bundle_options);
@@ -171,10 +228,11 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
   calibration->station_names = data.station_names;
-  calibration->scale = scale_uncertainty(data.boards, data.board_of, data.temperature, calibration->bundle);
+  calibration->scale = scale_uncertainty(data, calibration->bundle);
   calibration->start = *start;
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
+  calibration->earlier = options.earlier;
   return calibration;
 }
 

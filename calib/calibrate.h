@@ -2,12 +2,19 @@
 // (calib/initial_rig.h), or of a whole system: a probe moved about before boards, trackers that see its LEDs
 // (calib/initial_system.h).
 //
+// Or from an earlier rig with its covariance (calib/start_from_rig.h): its sensors and LEDs are known then, and what
+// the new observations say of them is weighed against that. Boards and bars of the same name are the same ones: their
+// certificates were counted when the rig was made, and are not counted again.
+//
 // Lens terms that observations can hardly tell apart have weak priors (calib/lens_prior.h), beside the priors given.
 //
 // Stripe readings are refined twice: once as if they were independent, which shows how their residuals are correlated
 // (calib/correlation.h), and once weighted by their effective number.
 #pragma once
 
+#include <map>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,9 +29,18 @@ namespace crumple {
 // statistic w' C^-1 w of all of them exceeds what flat boards reach once in a thousand times, 13.8 for one board.
 enum class WarpChoice { off, on, automatic };
 
+// An earlier calibration to go on from: what it knew is the prior of the refinement (calib/rig_prior.h).
+struct EarlierRig {
+  Rig rig;
+  std::map<std::string, double> board_scales = {};  // true over nominal size, as it was found then; by name
+  // Sensors, and LEDs as `leds`, that new observations may correct; the others keep what the rig says. Empty: all may.
+  std::set<std::string> corrected = {};
+};
+
 struct CalibrationOptions {
   WarpChoice warp = WarpChoice::automatic;
   BundleOptions bundle = {};
+  std::optional<EarlierRig> earlier = {};
 };
 
 struct Calibration {
@@ -37,6 +53,7 @@ struct Calibration {
   Inflation inflation = {};   // observations that count as one
   std::vector<Prior> priors = {};
   std::optional<ScaleUncertainty> scale = {};  // none: unknown
+  std::optional<EarlierRig> earlier = {};      // as in the options
 };
 
 // What a view is of: the name of its placement or, of LEDs, of its station; "room" for LEDs fixed to the world.

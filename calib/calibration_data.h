@@ -7,6 +7,7 @@
 
 #include "calib/board_spec.h"
 #include "calib/initial_rig.h"
+#include "calib/scale_bar.h"
 
 namespace crumple {
 
@@ -22,6 +23,7 @@ struct CalibrationData {
   std::vector<PixelPairs> pairs;                // for the projectors' start
   std::vector<std::string> station_names = {};  // of a probe that is moved about; none where it stands still
   std::vector<Led> leds = {};                   // positions are not used
+  std::vector<ScaleBar> bars = {};
 };
 
 // The boards as they are said to be: flat, of nominal size or of the certificate's at the capture's temperature.

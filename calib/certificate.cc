@@ -13,7 +13,7 @@ ScalePrior scale_prior(const BoardCertificate& certificate, double pitch_mm,
 }
 
 std::string missing_in(const BoardCertificate& certificate, const std::optional<Temperature>& capture) {
-  if (!certificate.expansion_per_k) return "the board's thermal expansion is not stated";
+  if (!certificate.expansion_per_k) return "a certificate's thermal expansion is not stated";
   if (!capture) return "the temperature during the capture is not stated";
   return {};
 }

@@ -26,6 +26,7 @@ struct SensorSpec {
   ImageSize size;
   std::string lens_model = "LENSMODEL_OPENCV5";
   Mount mount = Mount::probe;
+  std::optional<std::size_t> lens_of = {};  // as Sensor's
 };
 
 // Camera pixels on the board whose projector pixel is known, of one placement.

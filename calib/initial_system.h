@@ -12,7 +12,8 @@
 //   4. Hand and eye: where trackers and probe see the same board, the pose of the probe's frame in the LEDs' follows
 //      directly; otherwise from the motions between stations before the same placement (Horaud & Dornaika,
 //      solvers/closed_form/hand_eye.h).
-//   5. LEDs, stations and placements in the frames of probe and world. A station without LEDs is posed by a placement
+//   5. Trackers of later set-ups, whose lenses the first one tells: by the references, LEDs and boards they see.
+//   6. LEDs, stations and placements in the frames of probe and world. A station without LEDs is posed by a placement
 //   that
 //      others know, one with LEDs that do not suffice for step 3 by their pixels (tracking/probe_pose.h).
 //

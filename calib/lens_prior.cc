@@ -118,6 +118,7 @@ Prior on_core(const CalibrationState& start, std::size_t sensor) {
 std::vector<Prior> lens_priors(const CalibrationState& start) {
   std::vector<Prior> priors;
   for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
+    if (start.rig.sensors[s].lens_of) continue;
     const Lens& lens = start.rig.sensors[s].lens;
     if (lens.model() == "LENSMODEL_CAHVOR") priors.push_back(on_scale(start, s));
     if (lens.splined()) {

@@ -15,25 +15,28 @@ PriorTerm scale_of(std::size_t board) { return {{BlockId::Kind::scale, board}, 0
 
 }  // namespace
 
-std::vector<Prior> scale_priors(const std::vector<BoardSpec>& boards, const std::vector<std::size_t>& board_of,
-                                const std::optional<Temperature>& capture, const CalibrationState& start) {
+std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationState& start) {
   std::vector<PriorTerm> certified, uncertified;
   std::vector<ScalePrior> scales;
-  for (const std::size_t b : used(board_of)) {
-    const BoardSpec& board = boards[b];
+  for (const std::size_t b : used(data.board_of)) {
+    const BoardSpec& board = data.boards[b];
     (board.certificate ? certified : uncertified).push_back(scale_of(b));
-    if (board.certificate) scales.push_back(scale_prior(*board.certificate, board.target.pitch_mm, capture));
+    if (board.certificate) scales.push_back(scale_prior(*board.certificate, board.target.pitch_mm, data.temperature));
   }
-  if (certified.empty()) return {};
-  const auto count = static_cast<Eigen::Index>(scales.size());
-  Eigen::VectorXd own(count), by_temperature(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    own[i] = scales[static_cast<std::size_t>(i)].own_sigma;
-    by_temperature[i] = scales[static_cast<std::size_t>(i)].temperature_sigma;
+  if (certified.empty() && data.bars.empty()) return {};
+  std::vector<Prior> priors;
+  for (const ScaleBar& bar : data.bars) priors.push_back(bar_prior(bar, data.temperature));
+  if (!certified.empty()) {
+    const auto count = static_cast<Eigen::Index>(scales.size());
+    Eigen::VectorXd own(count), by_temperature(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      own[i] = scales[static_cast<std::size_t>(i)].own_sigma;
+      by_temperature[i] = scales[static_cast<std::size_t>(i)].temperature_sigma;
+    }
+    Eigen::MatrixXd covariance = by_temperature * by_temperature.transpose();
+    covariance.diagonal() += own.cwiseAbs2();
+    priors.push_back(Prior::create("certificates", std::move(certified), start, covariance).value());
   }
-  Eigen::MatrixXd covariance = by_temperature * by_temperature.transpose();
-  covariance.diagonal() += own.cwiseAbs2();
-  std::vector<Prior> priors = {Prior::create("certificates", std::move(certified), start, covariance).value()};
   if (!uncertified.empty()) {
     const auto others = static_cast<Eigen::Index>(uncertified.size());
     const Eigen::MatrixXd wide = kWithoutCertificate * kWithoutCertificate * Eigen::MatrixXd::Identity(others, others);
@@ -42,20 +45,20 @@ std::vector<Prior> scale_priors(const std::vector<BoardSpec>& boards, const std:
   return priors;
 }
 
-std::optional<ScaleUncertainty> scale_uncertainty(const std::vector<BoardSpec>& boards,
-                                                  const std::vector<std::size_t>& board_of,
-                                                  const std::optional<Temperature>& capture,
-                                                  const BundleResult& bundle) {
-  std::optional<ScaleUncertainty> largest;
-  for (const std::size_t b : used(board_of)) {
-    if (!boards[b].certificate) continue;
-    if (!largest) largest = ScaleUncertainty{};
-    if (largest->missing.empty()) largest->missing = missing_in(*boards[b].certificate, capture);
+std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle) {
+  std::vector<std::string> missing;  // of each certificate
+  for (const std::size_t b : used(data.board_of)) {
+    if (data.boards[b].certificate) missing.push_back(missing_in(*data.boards[b].certificate, data.temperature));
   }
-  if (!largest) return std::nullopt;
-  for (const std::size_t b : used(board_of)) {
+  for (const ScaleBar& bar : data.bars) missing.push_back(missing_in(bar.certificate, data.temperature));
+  if (missing.empty()) return std::nullopt;
+  ScaleUncertainty largest;
+  for (const std::string& lacks : missing) {
+    if (largest.missing.empty()) largest.missing = lacks;
+  }
+  for (const std::size_t b : used(data.board_of)) {
     const double variance = bundle.covariance.of({scale_of(b).block}, bundle.state)(0, 0);
-    largest->relative = std::max(largest->relative, std::sqrt(variance));
+    largest.relative = std::max(largest.relative, std::sqrt(variance));
   }
   return largest;
 }

@@ -6,17 +6,18 @@
 // covariance + u^2 v v', v the rig's derivative by the scale. Of several, lengths that cameras see on all of them weigh
 // the certificates against each other. An error of the capture's temperature is common to all boards.
 //
-// A board without a certificate beside others that have one is a parameter too, under a weak prior of 5 %: images of a
-// rig whose lengths the others tell determine it. Without any certificate the scale is held at the nominal one and not
-// known.
+// A scale bar (calib/scale_bar.h) tells lengths as a certified board does, by the distance of its LEDs.
+//
+// A board without a certificate beside others that have one, or beside a bar, is a parameter too, under a weak prior of
+// 5 %: images of a rig whose lengths the others tell determine it. Without either the scale is held at the nominal one
+// and not known.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "calib/board_spec.h"
+#include "calib/calibration_data.h"
 #include "solvers/bundle.h"
 
 namespace crumple {
@@ -26,15 +27,11 @@ struct ScaleUncertainty {
   std::string missing;  // what it does not contain, in words; empty where it is complete
 };
 
-// Named "certificates" and "scale.weak"; empty where no board that was used has a certificate. `start` has the scales
-// that they are about.
-std::vector<Prior> scale_priors(const std::vector<BoardSpec>& boards, const std::vector<std::size_t>& board_of,
-                                const std::optional<Temperature>& capture, const CalibrationState& start);
+// Named "certificates", "scale.weak" and after the bars; empty where no board that was used has a certificate and there
+// is no bar. `start` has the scales that they are about.
+std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationState& start);
 
 // Of the boards that were used, the largest after the refinement; none where it is not known.
-std::optional<ScaleUncertainty> scale_uncertainty(const std::vector<BoardSpec>& boards,
-                                                  const std::vector<std::size_t>& board_of,
-                                                  const std::optional<Temperature>& capture,
-                                                  const BundleResult& bundle);
+std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle);
 
 }  // namespace crumple

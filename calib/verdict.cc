@@ -10,6 +10,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "calib/rig_prior.h"
+#include "solvers/chi_square.h"
+
 namespace crumple {
 namespace {
 
@@ -21,6 +24,8 @@ constexpr std::size_t kFewPlacements = 5;
 constexpr double kSmallTilt_rad = 20 * std::numbers::pi / 180;
 constexpr double kFocalUncertainty = 0.01;
 constexpr double kIllConditioned = 1e9;
+constexpr double kContradiction = 1e-4;  // probability
+constexpr double kNoisier = 3;
 
 const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view) {
   return *std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& group) {
@@ -111,8 +116,11 @@ void judge_boards(Mount mount, const BundleResult& bundle, std::vector<std::stri
 
 void judge_geometry(const Calibration& calibration, std::vector<std::string>& reasons) {
   const CalibrationState& state = calibration.bundle.state;
-  judge_boards(Mount::probe, calibration.bundle, reasons);
-  judge_boards(Mount::world, calibration.bundle, reasons);
+  // An earlier rig had boards enough.
+  if (!calibration.earlier) {
+    judge_boards(Mount::probe, calibration.bundle, reasons);
+    judge_boards(Mount::world, calibration.bundle, reasons);
+  }
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
     const Sensor& sensor = state.rig.sensors[s];
     const Eigen::MatrixXd covariance = calibration.bundle.covariance.of({{BlockId::Kind::lens, s}}, state);
@@ -126,6 +134,38 @@ void judge_geometry(const Calibration& calibration, std::vector<std::string>& re
   if (calibration.bundle.covariance.condition() > kIllConditioned && !held_by_priors) {
     reasons.push_back(fmt::format("{} can hardly be told apart: choose a lens model with fewer terms or add views",
                                   calibration.bundle.covariance.weakest_direction()));
+  }
+}
+
+// Whether an earlier rig, which the refinement went on from, is one that these observations could come from.
+void judge_earlier(const Calibration& calibration, std::vector<std::string>& reasons) {
+  const BundleResult& bundle = calibration.bundle;
+  for (const Prior& prior : calibration.priors) {
+    if (prior.name() != kRigPrior) continue;
+    const WhitenedPrior whitened = prior.evaluate(bundle.state);
+    Eigen::MatrixXd jacobian(whitened.residuals.size(), 0);
+    for (const RowMajorMatrix& block : whitened.jacobians) {
+      jacobian.conservativeResize(Eigen::NoChange, jacobian.cols() + block.cols());
+      jacobian.rightCols(block.cols()) = block;
+    }
+    // What the observations say of its directions: the prior's variance less what is left of it.
+    const Eigen::MatrixXd covariance = bundle.covariance.of(prior.blocks(), bundle.state);
+    const double degrees = static_cast<double>(jacobian.rows()) - (jacobian * covariance).cwiseProduct(jacobian).sum();
+    const double square = whitened.residuals.squaredNorm();
+    if (chi_square_tail(square, std::max(1, static_cast<int>(std::ceil(degrees)))) >= kContradiction) continue;
+    reasons.push_back(fmt::format(
+        "the earlier rig contradicts these observations (chi-square {:.0f} where {:.0f} is usual): see what "
+        "changed with `check --rig`, or calibrate without it",
+        square, degrees));
+  }
+  for (const GroupSummary& group : bundle.groups) {
+    const std::string name = group_name(bundle.state.rig, group.sensor, group.kind);
+    const auto& sigmas = calibration.earlier->rig.sigma_px;
+    const auto usual = sigmas.find(name);
+    if (usual == sigmas.end() || !group.sigma_estimated || group.sigma_px < kNoisier * usual->second) continue;
+    reasons.push_back(fmt::format(
+        "{} scatter by {:.2f} px where {:.2f} px is usual of the earlier rig: is this another probe or tracker?", name,
+        group.sigma_px, usual->second));
   }
 }
 
@@ -155,6 +195,7 @@ Verdict judge(const Calibration& calibration) {
   judge_views(calibration, verdict.reasons);
   judge_groups(calibration.bundle, verdict.reasons);
   judge_geometry(calibration, verdict.reasons);
+  if (calibration.earlier) judge_earlier(calibration, verdict.reasons);
   verdict.notes = notes_on(calibration.bundle);
   verdict.ok = verdict.reasons.empty();
   return verdict;

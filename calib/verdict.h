@@ -6,6 +6,9 @@
 // five placements, or tilts that span less than 20 degrees; a focal length less certain than 1 %; an information matrix
 // with a condition above 1e9 that no weak prior accounts for (then the weakest direction is named).
 //
+// Of a calibration that went on from an earlier rig the numbers of boards and tilts do not count, but it is suspect
+// where what it found contradicts that rig (once in 10,000 times by chance), or scatters three times as much.
+//
 // Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
 // observations' reach does not depend on them, but their values mean nothing.
 #pragma once

@@ -8,8 +8,8 @@
 
 #include "calib/detect_target.h"
 #include "calib/projected_board.h"
+#include "cli/led_input.h"
 #include "cli/progress.h"
-#include "datasets/led_images.h"
 #include "solvers/parallel.h"
 
 namespace crumple {
@@ -29,6 +29,13 @@ struct Sight {
   std::optional<std::string> error;
 };
 
+std::optional<std::size_t> index_of(const std::vector<SensorSpec>& sensors, const std::optional<std::string>& name) {
+  for (std::size_t s = 0; name && s < sensors.size(); ++s) {
+    if (sensors[s].name == *name) return s;
+  }
+  return std::nullopt;
+}
+
 Expected<std::vector<SensorSpec>> chosen_sensors(const Capture& capture, const std::vector<std::string>& only) {
   for (const std::string& name : only) {
     if (capture.sensor(name) == nullptr) {
@@ -42,6 +49,15 @@ Expected<std::vector<SensorSpec>> chosen_sensors(const Capture& capture, const s
   }
   std::stable_partition(sensors.begin(), sensors.end(),
                         [](const SensorSpec& sensor) { return sensor.kind == SensorKind::camera; });
+  for (SensorSpec& sensor : sensors) {
+    const std::string& owner = capture.sensor(sensor.name)->lens_of;
+    if (owner.empty()) continue;
+    sensor.lens_of = index_of(sensors, owner);
+    if (!sensor.lens_of) {
+      return fail(
+          fmt::format("--sensors: {} is {} moved, whose lens only that one tells: add {}", sensor.name, owner, owner));
+    }
+  }
   return sensors;
 }
 
@@ -77,27 +93,12 @@ std::string placement_name(const Capture& capture, const Station& station, std::
   return capture.boards.size() > 1 ? place + "/" + capture.boards[board].name : place;
 }
 
-std::optional<std::size_t> index_of(const std::vector<SensorSpec>& sensors, const std::optional<std::string>& name) {
-  for (std::size_t s = 0; name && s < sensors.size(); ++s) {
-    if (sensors[s].name == *name) return s;
-  }
-  return std::nullopt;
-}
-
 // Whether the probe is moved about: sensors in the world watch it.
 bool is_tracked(const std::vector<SensorSpec>& sensors) {
   const auto is_on = [&](Mount mount) {
     return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSpec& s) { return s.mount == mount; });
   };
   return is_on(Mount::world) && is_on(Mount::probe);
-}
-
-// Its number among the stations of a probe that is moved about.
-std::size_t station_number(const std::string& id, CalibrationData& data) {
-  const auto known = std::find(data.station_names.begin(), data.station_names.end(), id);
-  const auto number = static_cast<std::size_t>(known - data.station_names.begin());
-  if (known == data.station_names.end()) data.station_names.push_back(id);
-  return number;
 }
 
 Expected<BoardStripes> read_board_stripes(const Capture& capture, const CalibrationInput& input, const CornerView& view,
@@ -111,20 +112,22 @@ Expected<BoardStripes> read_board_stripes(const Capture& capture, const Calibrat
 }
 
 // Every camera's stripes on every board it found, as observations and as the projector's start.
-Expected<void> add_stripes(const Capture& capture, std::size_t projector, CalibrationInput& input) {
+Expected<void> add_stripes(const Capture& capture, CalibrationInput& input) {
   Progress progress("decoding stripes", input.data.observations.corners.size());
   for (std::size_t i = 0; i < input.data.observations.corners.size(); ++i) {
     const CornerView& view = input.data.observations.corners[i];
     progress.advance();
     if (!capture.sees_patterns(input.data.sensors[view.sensor].name)) continue;
-    auto stripes = read_board_stripes(capture, input, view, input.corner_stations[i], projector);
+    const auto projector = index_of(input.data.sensors, capture.projector_at(input.corner_stations[i]));
+    if (!projector) continue;
+    auto stripes = read_board_stripes(capture, input, view, input.corner_stations[i], *projector);
     if (!stripes) return tl::unexpected(stripes.error());
     const cv::Mat hull = corner_hull(view.pixels, stripes->readings.white.size());
     std::vector<StripeView> views = stripe_views(*stripes, hull, {});
     if (views.empty()) {
       return fail(fmt::format(
           "station {}: {} lights none of the board in {}: aim it at the board, or exclude the station",
-          input.corner_stations[i], input.data.sensors[projector].name, input.data.sensors[view.sensor].name));
+          input.corner_stations[i], input.data.sensors[*projector].name, input.data.sensors[view.sensor].name));
     }
     input.data.pairs.push_back(pixel_pairs(*stripes, hull, {}));
     input.data.pairs.back().station = view.station;
@@ -170,13 +173,13 @@ ProjectedSight look_for_projected(const Capture& capture, const CalibrationInput
 }
 
 // Every camera's projected corners on every plate whose print it found, as observations and as the projector's start.
-Expected<void> add_projected_boards(const Capture& capture, std::size_t projector, int threads,
-                                    CalibrationInput& input) {
+Expected<void> add_projected_boards(const Capture& capture, int threads, CalibrationInput& input) {
   const std::vector<CornerView>& printed = input.data.observations.corners;
   std::vector<std::optional<ProjectedSight>> sights(printed.size());
   Progress progress("detecting the projected chessboard", printed.size());
   parallel_for(printed.size(), threads, [&](std::size_t i) {
-    if (capture.sees_patterns(input.data.sensors[printed[i].sensor].name)) {
+    const bool lit = index_of(input.data.sensors, capture.projector_at(input.corner_stations[i])).has_value();
+    if (lit && capture.sees_patterns(input.data.sensors[printed[i].sensor].name)) {
       sights[i] = look_for_projected(capture, input, i);
     }
     progress.advance();
@@ -191,6 +194,7 @@ Expected<void> add_projected_boards(const Capture& capture, std::size_t projecto
           {input.corner_stations[i], input.data.sensors[view.sensor].name, found.error().message, false});
       continue;
     }
+    const std::size_t projector = *index_of(input.data.sensors, capture.projector_at(input.corner_stations[i]));
     input.data.pairs.push_back(
         {view.sensor, projector, view.placement, found->camera_pixels, found->projector_pixels, view.station});
     input.data.observations.features.push_back(
@@ -198,14 +202,14 @@ Expected<void> add_projected_boards(const Capture& capture, std::size_t projecto
     input.feature_stations.push_back(input.corner_stations[i]);
   }
   if (input.data.observations.features.empty() && !input.skipped.empty()) {
-    return fail(fmt::format("{}: its chessboard was found at no station; station {}, {}: {}",
-                            input.data.sensors[projector].name, input.skipped.back().station,
-                            input.skipped.back().sensor, input.skipped.back().reason));
+    const SkippedView& last = input.skipped.back();
+    return fail(fmt::format("{}: its chessboard was found at no station; station {}, {}: {}", *capture.projector,
+                            last.station, last.sensor, last.reason));
   }
   return {};
 }
 
-// Everything the projector is calibrated from. Nothing where there is no projector among the sensors.
+// Everything projectors are calibrated from. Nothing where there is none among the sensors.
 Expected<void> add_projector(const Capture& capture, ProjectorSource source, int threads, CalibrationInput& input) {
   const bool has_stripes = !capture.orientations.empty();
   const bool has_chessboard = capture.find_frame(FrameContent::Kind::chessboard) && capture.projected_chessboard;
@@ -219,13 +223,14 @@ Expected<void> add_projector(const Capture& capture, ProjectorSource source, int
                     "describe it under `patterns.chessboard`",
                     capture.description.string()));
   }
-  const auto projector = index_of(input.data.sensors, capture.projector);
-  if (!projector) return {};
+  const bool any = std::any_of(input.data.sensors.begin(), input.data.sensors.end(),
+                               [](const SensorSpec& sensor) { return sensor.kind == SensorKind::projector; });
+  if (!any || !capture.projector) return {};
   if (has_stripes && source != ProjectorSource::chessboard) {
-    if (auto added = add_stripes(capture, *projector, input); !added) return added;
+    if (auto added = add_stripes(capture, input); !added) return added;
   }
   if (has_chessboard && source != ProjectorSource::stripes) {
-    return add_projected_boards(capture, *projector, threads, input);
+    return add_projected_boards(capture, threads, input);
   }
   return {};
 }
@@ -258,70 +263,11 @@ void add_corners(const Capture& capture, const Sight& sight, const BoardSight& s
   input.corner_stations.push_back(sight.station->id);
 }
 
-// One tracker at one station.
-struct LightSight {
-  std::size_t sensor = 0;
-  const Station* station = nullptr;
-  Expected<Identification> lights = Identification{};
-};
-
-// The LEDs that are told for sure, as observations of the station; the room's by themselves.
-void add_leds(const Capture& capture, const LightSight& sight, CalibrationInput& input) {
-  const std::string& tracker = input.data.sensors[sight.sensor].name;
-  LedView on_probe{sight.sensor, {}, {}, {}}, in_room{sight.sensor, {}, {}, {}};
-  for (const IdentifiedLight& light : sight.lights->leds) {
-    LedView& view = capture.leds[light.led].mount == Mount::probe ? on_probe : in_room;
-    view.leds.push_back(light.led);
-    view.pixels.push_back(light.light.pixel);
-  }
-  for (std::size_t i = 0; i < sight.lights->candidates.size(); ++i) {
-    const std::size_t led = sight.lights->candidates[i].led;
-    if (i > 0 && sight.lights->candidates[i - 1].led == led) continue;
-    input.skipped.push_back(
-        {sight.station->id, tracker,
-         fmt::format("LED {} blinks at several places: a reflection, which only a calibrated rig tells",
-                     capture.leds[led].name),
-         false});
-  }
-  if (!on_probe.leds.empty()) {
-    on_probe.station = station_number(sight.station->id, input.data);
-    input.data.observations.leds.push_back(std::move(on_probe));
-  }
-  if (!in_room.leds.empty()) input.data.observations.leds.push_back(std::move(in_room));
-}
-
-// Everything the trackers see of LEDs.
-Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& input) {
-  if (capture.leds.empty()) return {};
-  const auto code = blink_code_of(capture);
-  if (!code) return tl::unexpected(code.error());
-  for (const CaptureLed& led : capture.leds) input.data.leds.push_back({led.name, {0, 0, 0}, led.mount});
-  std::vector<LightSight> sights;
-  for (const Station& station : capture.stations) {
-    for (std::size_t s = 0; s < input.data.sensors.size(); ++s) {
-      const SensorSpec& sensor = input.data.sensors[s];
-      const bool watches = sensor.mount == Mount::world && capture.took_images(sensor.name, station) &&
-                           capture.find_frame(FrameContent::Kind::leds, sensor.name);
-      if (watches && !capture.exclusion(station.id, sensor.name)) sights.push_back({s, &station});
-    }
-  }
-  Progress progress("reading LEDs", sights.size());
-  parallel_for(sights.size(), threads, [&](std::size_t i) {
-    sights[i].lights = read_lights(capture, *code, input.data.sensors[sights[i].sensor].name, sights[i].station->id);
-    progress.advance();
-  });
-  for (const LightSight& sight : sights) {
-    if (!sight.lights) return tl::unexpected(sight.lights.error());
-    add_leds(capture, sight, input);
-  }
-  return {};
-}
-
 }  // namespace
 
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
-                                                  ProjectorSource source, int threads) {
-  if (capture.boards.empty()) {
+                                                  ProjectorSource source, int threads, NeedsBoards needs_boards) {
+  if (capture.boards.empty() && needs_boards == NeedsBoards::yes) {
     return fail(fmt::format("{} describes no board: a calibration needs one", capture.description.string()));
   }
   const auto sensors = chosen_sensors(capture, only);

@@ -30,6 +30,9 @@ struct CalibrationInput {
 // What the projector is calibrated from; automatic: all of this that the capture has.
 enum class ProjectorSource { automatic, stripes, chessboard };
 
+// A capture without boards tells no lens, but whether a rig is still valid.
+enum class NeedsBoards { yes, no };
+
 // Sensors named in `only` (all where it is empty), cameras first. A placement is a board at a station, or at a place
 // that stations share, named after the station or the place and, where the capture has several boards, the board
 // ("07/small"). With sensors fixed to the world beside the probe's, stations are those of a probe that is moved about,
@@ -37,6 +40,7 @@ enum class ProjectorSource { automatic, stripes, chessboard };
 // image that cannot be read, and where the capture lacks the projector's source or its chessboard is found nowhere; a
 // board that is not found, printed or projected, only loses its view.
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
-                                                  ProjectorSource source, int threads);
+                                                  ProjectorSource source, int threads,
+                                                  NeedsBoards needs_boards = NeedsBoards::yes);
 
 }  // namespace crumple

@@ -153,8 +153,9 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
                {"undetermined", undetermined_json(calibration.bundle)},
                {"condition", calibration.bundle.covariance.condition()},
                {"weakest_direction", calibration.bundle.covariance.weakest_direction()}};
-  summary["scale_uncertainty"] =
-      calibration.scale ? json(calibration.scale->relative) : json("unknown: no board has a certificate");
+  summary["scale_uncertainty"] = calibration.scale
+                                     ? json(calibration.scale->relative)
+                                     : json("unknown: no board has a certificate, and there is no scale bar");
   if (calibration.scale && !calibration.scale->missing.empty()) {
     summary["scale_uncertainty_lacks"] = calibration.scale->missing;
   }
@@ -225,9 +226,9 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
                                                      board.warp_mm.x(), board.warp_mm.y(), calibration.warp_statistic)
                                        : fmt::format("{}: taken as flat\n", board.name);
   }
-  if (!calibration.scale) return text + "scale uncertainty: unknown, no board has a certificate\n";
-  text += fmt::format("scale: relative uncertainty {:.3g} (k = 1) by the boards' certificates",
-                      calibration.scale->relative);
+  if (!calibration.scale)
+    return text + "scale uncertainty: unknown, no board has a certificate and there is no scale bar\n";
+  text += fmt::format("scale: relative uncertainty {:.3g} (k = 1) by certificates", calibration.scale->relative);
   const std::string& missing = calibration.scale->missing;
   return text + (missing.empty() ? "\n" : fmt::format("; it lacks a part, for {}\n", missing));
 }

@@ -22,7 +22,8 @@ double sigma_deg(const ProbePose& pose) {
 }
 double sigma_mm(const ProbePose& pose) { return std::sqrt(pose.covariance.bottomRightCorner<3, 3>().trace()); }
 
-json pose_json(const Rig& rig, const Constellation& found) {
+json pose_json(const Rig& rig, const StationPose& station) {
+  const Constellation& found = station.constellation;
   const Pose& pose = found.pose.world_from_probe;
   json result{{"quaternion_wxyz", {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z()}},
               {"translation_mm", {pose.translation.x(), pose.translation.y(), pose.translation.z()}},
@@ -30,6 +31,11 @@ json pose_json(const Rig& rig, const Constellation& found) {
               {"sigma_mm", sigma_mm(found.pose)},
               {"chi_square", found.pose.chi_square},
               {"redundancy", found.pose.redundancy},
+              {"stillness",
+               {{"chi_square", station.stillness.chi_square},
+                {"degrees", station.stillness.degrees},
+                {"probability", station.stillness.probability},
+                {"largest_px", station.stillness.largest_px}}},
               {"left_out", json::array()},
               {"refused_lights", json::array()}};
   for (const LedResidual& residual : found.pose.residuals) {
@@ -67,7 +73,7 @@ std::string track_text(const std::vector<TrackedStation>& stations) {
       text += fmt::format("failed: {}\n", station.found.error().message);
       continue;
     }
-    const ProbePose& pose = station.found->pose;
+    const ProbePose& pose = station.found->constellation.pose;
     text += fmt::format("{}: {} readings, {} left out, chi-square {:.1f} of {}; sigma {:.3f} deg, {:.2f} mm\n",
                         station.station, pose.residuals.size(), left_out(pose), pose.chi_square, pose.redundancy,
                         sigma_deg(pose), sigma_mm(pose));
@@ -83,12 +89,12 @@ std::string poses_csv(const std::vector<TrackedStation>& stations) {
   text += "\n";
   for (const TrackedStation& station : stations) {
     if (!station.found) continue;
-    const Pose& pose = station.found->pose.world_from_probe;
+    const Pose& pose = station.found->constellation.pose.world_from_probe;
     text +=
         fmt::format("{},{},{},{},{},{},{},{}", station.station, pose.translation.x(), pose.translation.y(),
                     pose.translation.z(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z(), pose.rotation.w());
     for (int i = 0; i < 6; ++i) {
-      for (int k = i; k < 6; ++k) text += fmt::format(",{}", station.found->pose.covariance(i, k));
+      for (int k = i; k < 6; ++k) text += fmt::format(",{}", station.found->constellation.pose.covariance(i, k));
     }
     text += "\n";
   }

@@ -6,13 +6,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tracking/constellation.h"
+#include "datasets/station_pose.h"
 
 namespace crumple {
 
 struct TrackedStation {
   std::string station;
-  Expected<Constellation> found;
+  Expected<StationPose> found;
 };
 
 nlohmann::json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations);

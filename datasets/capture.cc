@@ -67,6 +67,11 @@ std::optional<Exclusion> Capture::exclusion(const std::string& station_id, const
   return {};
 }
 
+const std::string& Capture::projector_at(const std::string& station_id) const {
+  const Station* known = station(station_id);
+  return known == nullptr || known->projector.empty() ? *projector : known->projector;
+}
+
 std::optional<std::size_t> Capture::find_frame(FrameContent::Kind kind) const { return first_of(kind, frames); }
 
 std::optional<std::size_t> Capture::find_frame(FrameContent::Kind kind, const std::string& camera) const {
@@ -85,7 +90,9 @@ bool Capture::sees_patterns(const std::string& camera) const { return &frames_of
 bool Capture::took_images(const std::string& camera, const Station& at) const {
   const CaptureSensor* known = sensor(camera);
   if (known == nullptr || known->kind != SensorKind::camera) return false;
-  return known->mount == Mount::world ? at.trackers : at.scan;
+  const bool stood_there = known->stations.empty() ||
+                           std::find(known->stations.begin(), known->stations.end(), at.id) != known->stations.end();
+  return stood_there && (known->mount == Mount::world ? at.trackers : at.scan);
 }
 
 std::filesystem::path Capture::image_file(const std::string& camera, const std::string& station_id,

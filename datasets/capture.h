@@ -1,6 +1,7 @@
 // A capture: what capture.yaml describes (docs/formats.md). Images stay on disk until asked for.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -29,6 +30,8 @@ struct CaptureSensor {
   std::string serial = {};                       // for the record
   Mount mount = Mount::probe;
   bool ambient_only = false;  // a probe camera that takes one ambient image at a station, as a thermal camera does
+  std::string lens_of = {};   // the camera that this one was before it was moved to where it stands; empty: none
+  std::vector<std::string> stations = {};  // at which it took images; empty: all
 };
 
 // A light that blinks for the cameras fixed to the world.
@@ -37,6 +40,17 @@ struct CaptureLed {
   std::string word;  // '1' where it is lit, '0' where dark, one a time step, over and over; of one length for all
   Mount mount = Mount::probe;
   std::optional<Eigen::Vector3d> nominal_mm = {};  // where it should be, in its mount's frame
+};
+
+// Two LEDs fixed to the world at a certified distance.
+struct CaptureBar {
+  std::string name;
+  std::array<std::string, 2> leds;
+  double length_mm = 0;
+  BoardCertificate certificate = {};  // of the length in place of a pitch
+  double placing_sigma_mm = 0;
+  // The stations during which it lay at each of its places; empty: at one place throughout.
+  std::vector<std::vector<std::string>> places = {};
 };
 
 // How a camera's files are named: a path below the image folder with {station}, {sensor}, {frame} or {frame:02}, and
@@ -62,6 +76,7 @@ struct Station {
   std::string name_in_files;        // what {station} stands for; empty: the id
   // Stations of the same placement see the boards at the same place in the world; empty: a placement of its own.
   std::string placement = {};
+  std::string projector = {};  // that shows the patterns there; empty: Capture::projector
   bool scan = true;      // false: no images by what the probe carries
   bool trackers = true;  // false: no images by the cameras fixed to the world
 };
@@ -87,13 +102,14 @@ struct Capture {
   CaptureRecord record;
   std::vector<CaptureSensor> sensors;
   std::vector<BoardSpec> boards;         // what the stations may show
-  std::optional<std::string> projector;  // the sensor that shows the frames' content
+  std::optional<std::string> projector;  // the sensor that shows the frames' content, unless a station has another
   std::vector<StripeOrientation> orientations;
   std::optional<ProjectedChessboard> projected_chessboard;
   std::vector<FrameContent> frames;      // in the order they were taken, without the unused ones
   std::vector<int> frame_numbers;        // of each frame, before the offset; empty: 0, 1, 2...
   std::vector<std::string> frame_names;  // of each frame, for {frame_name}; may be empty
   std::vector<CaptureLed> leds;
+  std::vector<CaptureBar> scale_bars;
   std::vector<FrameContent> tracker_frames;  // of the cameras fixed to the world: ambient and leds, numbered from 0
   std::vector<Station> stations;
   std::map<std::string, FileNaming> files;  // camera name -> its files
@@ -103,6 +119,8 @@ struct Capture {
   const Station* station(const std::string& id) const;
   // The exclusion that covers this sensor (or, by an empty name, all sensors) at this station.
   std::optional<Exclusion> exclusion(const std::string& station, const std::string& sensor) const;
+  // Which projector shows the patterns at a station. Precondition: there is one.
+  const std::string& projector_at(const std::string& station) const;
   // The first frame of `frames` that shows this (kind other than stripes).
   std::optional<std::size_t> find_frame(FrameContent::Kind kind) const;
 
@@ -111,7 +129,8 @@ struct Capture {
   const std::vector<FrameContent>& frames_of(const std::string& camera) const;
   std::optional<std::size_t> find_frame(FrameContent::Kind kind, const std::string& camera) const;
   bool sees_patterns(const std::string& camera) const;  // whether that list is `frames`
-  // Whether the camera took images there: not at a station without a scan, or without trackers.
+  // Whether the camera took images there: not at a station without a scan, or without trackers, or where it did not
+  // stand.
   bool took_images(const std::string& camera, const Station& station) const;
   std::filesystem::path image_file(const std::string& camera, const std::string& station, std::size_t frame) const;
 };

@@ -52,6 +52,28 @@ FileNaming read_naming(const std::string& camera, YamlMap& map, FilesValues& fil
   return naming;
 }
 
+// Where a camera that is moved stands after its first place: by another name, with the lens of the first.
+void read_set_up(YamlMap& map, const Capture& capture, CaptureSensor& sensor) {
+  if (const auto stations = find_new(map, "stations", capture)) {
+    for (const YamlValue& station : stations->list()) sensor.stations.push_back(station.text());
+    if (sensor.stations.empty())
+      stations->problem("names no station: leave it out where the camera took images at all");
+  }
+  const auto lens_of = find_new(map, "lens_of", capture);
+  if (!lens_of) return;
+  sensor.lens_of = lens_of->text();
+  const CaptureSensor* owner = capture.sensor(sensor.lens_of);
+  if (sensor.mount != Mount::world)
+    lens_of->problem("is for cameras fixed to the world that are moved between stations");
+  if (owner == nullptr || !owner->lens_of.empty() || owner->kind != SensorKind::camera ||
+      owner->mount != Mount::world) {
+    return lens_of->problem(
+        fmt::format("must be a camera fixed to the world that is listed before, not `{}`", sensor.lens_of));
+  }
+  if (owner->size != sensor.size) lens_of->problem(fmt::format("`{}` has another size_px", sensor.lens_of));
+  if (owner->lens_model != sensor.lens_model) lens_of->problem(fmt::format("`{}` has another lens", sensor.lens_of));
+}
+
 void read_sensor(const std::string& name, const YamlValue& value, Capture& capture, FilesValues& files_values) {
   if (!is_plain_name(name)) value.problem("a sensor's name is made of letters, digits, _ and -");
   YamlMap map = value.map();
@@ -77,6 +99,7 @@ void read_sensor(const std::string& name, const YamlValue& value, Capture& captu
         ambient_only->problem("is for cameras on the probe: those fixed to the world have `tracker_frames`");
       }
     }
+    read_set_up(map, capture, sensor);
     capture.files[name] = read_naming(name, map, files_values);
     if (const auto colour = map.find("colour")) {
       sensor.colour = colour->one_of({"srgb", "linear"}) == "srgb" ? ColourEncoding::srgb : ColourEncoding::linear;
@@ -144,6 +167,7 @@ void read_frame_lists(YamlMap& map, Capture& capture) {
     });
   };
   if (const auto leds = find_new(map, "leds", capture)) capture.leds = read_capture_leds(*leds);
+  if (const auto bars = find_new(map, "scale_bars", capture)) capture.scale_bars = read_scale_bars(*bars, capture.leds);
   const auto trackers = find_new(map, "tracker_frames", capture);
   if (trackers) {
     capture.tracker_frames = read_tracker_frames(*trackers);
@@ -185,6 +209,21 @@ void read_boards_in_view(YamlMap& map, const Capture& capture, Station& station)
   }
 }
 
+// It shows the same patterns as the one under `patterns`, and so has as many pixels.
+std::string read_station_projector(const YamlValue& value, const Capture& capture) {
+  const std::string name = value.text();
+  const CaptureSensor* sensor = capture.sensor(name);
+  if (!capture.projector) {
+    value.problem("needs `patterns`: what the projectors show");
+  } else if (sensor == nullptr || sensor->kind != SensorKind::projector) {
+    value.problem(fmt::format("`{}` is not a projector under `sensors`", name));
+  } else if (const CaptureSensor* usual = capture.sensor(*capture.projector);
+             usual != nullptr && usual->size != sensor->size) {
+    value.problem(fmt::format("`{}` has another size than `{}`, whose patterns it shows", name, usual->name));
+  }
+  return name;
+}
+
 Station read_station(const YamlValue& value, const Capture& capture) {
   Station station;
   for (std::size_t b = 0; b < capture.boards.size(); ++b) station.boards.push_back(b);
@@ -195,6 +234,9 @@ Station read_station(const YamlValue& value, const Capture& capture) {
     if (const auto id = map.require("id", "the station's name")) station.id = id->text();
     read_boards_in_view(map, capture, station);
     if (const auto placement = find_new(map, "placement", capture)) station.placement = placement->text();
+    if (const auto projector = find_new(map, "projector", capture)) {
+      station.projector = read_station_projector(*projector, capture);
+    }
     if (const auto scan = find_new(map, "scan", capture)) station.scan = scan->boolean();
     if (const auto trackers = find_new(map, "trackers", capture)) station.trackers = trackers->boolean();
     if (!station.scan && !station.trackers) map.problem("has neither a scan nor trackers: leave the station out");
@@ -224,6 +266,27 @@ void read_stations(const YamlValue& value, Capture& capture) {
     capture.stations.push_back(station);
   }
   if (capture.stations.empty()) value.problem("at least one station is needed");
+}
+
+// Stations that sensors and scale bars name.
+void check_named_stations(YamlMap& map, const Capture& capture) {
+  const auto check = [&](const std::string& owner, const std::vector<std::string>& stations) {
+    for (const std::string& id : stations) {
+      if (!id.empty() && capture.station(id) == nullptr) {
+        map.problem(fmt::format("`{}` names the station `{}`, which there is not", owner, id));
+      }
+    }
+  };
+  for (const CaptureSensor& sensor : capture.sensors) check(sensor.name, sensor.stations);
+  for (const CaptureBar& bar : capture.scale_bars) {
+    std::set<std::string> taken;
+    for (const auto& stations : bar.places) {
+      check(bar.name, stations);
+      for (const std::string& id : stations) {
+        if (!taken.insert(id).second) map.problem(fmt::format("`{}` lies at two places at station `{}`", bar.name, id));
+      }
+    }
+  }
 }
 
 Exclusion read_exclusion(const YamlValue& value, const Capture& capture) {
@@ -372,6 +435,7 @@ FilesValues read_root(const YamlValue& root, Capture& capture) {
   if (const auto stations = map.require("stations", "the ids of the stations, in order")) {
     read_stations(*stations, capture);
   }
+  check_named_stations(map, capture);
   if (const auto exclude = map.find("exclude")) read_exclusions(*exclude, capture);
   check_templates(files_values, capture);
   if (schema && capture.schema == 1) {

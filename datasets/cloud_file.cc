@@ -16,6 +16,7 @@
 #include <fmt/core.h>
 
 #include "datasets/output_folder.h"
+#include "datasets/yaml_values.h"
 
 namespace crumple {
 namespace {
@@ -57,6 +58,12 @@ Expected<void> check_cloud(const Cloud& cloud) {
     if (text.find_first_of("\r\n") != std::string::npos) return fail("a station's id holds a line break");
   for (std::size_t i = 0; i < cloud.points.size(); ++i)
     if (!is_finite(cloud.points[i])) return fail(fmt::format("point {} has a number that is not finite", i));
+  for (const CloudColumn& column : cloud.columns) {
+    if (!is_plain_name(column.name)) return fail(fmt::format("`{}` is no name for a property", column.name));
+    if (column.values.size() != cloud.points.size()) return fail(fmt::format("{} is not of every point", column.name));
+    for (const float value : column.values)
+      if (!std::isfinite(value)) return fail(fmt::format("{} has a number that is not finite", column.name));
+  }
   return {};
 }
 
@@ -71,7 +78,9 @@ std::string header_text(const Cloud& cloud) {
   for (const char* const name : {"nx", "ny", "nz", "intensity", "sigma_mm"})
     text += fmt::format("property float {}\n", name);
   for (const std::string_view name : covariance_names) text += fmt::format("property float {}\n", name);
-  return text + "property ushort station\nproperty float quality\nend_header\n";
+  text += "property ushort station\nproperty float quality\n";
+  for (const CloudColumn& column : cloud.columns) text += fmt::format("property float {}\n", column.name);
+  return text + "end_header\n";
 }
 
 void append_point(std::string& buffer, const CloudPoint& point) {
@@ -268,8 +277,9 @@ Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud
   return write_file(file, [&](std::ostream& stream) {
     stream << header_text(cloud);
     std::string buffer;
-    for (const CloudPoint& point : cloud.points) {
-      append_point(buffer, point);
+    for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+      append_point(buffer, cloud.points[i]);
+      for (const CloudColumn& column : cloud.columns) append(buffer, column.values[i]);
       if (buffer.size() < (1U << 20)) continue;
       stream << buffer;
       buffer.clear();

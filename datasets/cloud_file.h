@@ -1,7 +1,8 @@
 // Clouds as binary little-endian PLY.
 //
 // Vertex properties: double x y z (mm); float nx ny nz, intensity, sigma_mm, cov_xx cov_xy cov_xz cov_yy cov_yz cov_zz
-// (mm^2), quality; ushort station. Comments state the schema, the frame, the units and the stations' ids in order.
+// (mm^2), quality; ushort station; float for each of the cloud's columns. Comments state the schema, the frame, the
+// units and the stations' ids in order.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@
 
 namespace crumple {
 
-// Every bit survives, except that the covariance's lower triangle is not stored: it is the upper one mirrored. Fails on
-// a number that is not finite.
+// Every bit survives, except that the covariance's lower triangle is not stored: it is the upper one mirrored, and that
+// columns are not read again. Fails on a number that is not finite, and on a column that is not of every point.
 Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud);
 
 // Takes PLY files of others too: any scalar types in any order, further properties, and elements behind the vertices

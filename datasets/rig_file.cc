@@ -46,6 +46,7 @@ std::string description(const Rig& rig) {
         yaml_quoted(sensor.name), sensor.kind == SensorKind::camera ? "camera" : "projector",
         sensor.lens.size().width_px, sensor.lens.size().height_px, sensor.lens.model(),
         yaml_quoted(sensor.name + ".cameramodel"), pose_key(sensor.mount), pose_yaml(sensor.sensor_from_mount, 6));
+    if (sensor.lens_of) text += fmt::format("    lens_of: {}\n", yaml_quoted(rig.sensors[*sensor.lens_of].name));
   }
   if (!rig.leds.empty()) text += "leds:\n";
   for (const Led& led : rig.leds) {
@@ -119,6 +120,7 @@ struct SensorEntry {
   std::string file;
   Pose sensor_from_mount;
   Mount mount = Mount::probe;
+  std::string lens_of;
 };
 
 SensorEntry read_sensor(const YamlValue& value, bool version_1) {
@@ -144,6 +146,10 @@ SensorEntry read_sensor(const YamlValue& value, bool version_1) {
         "must have `sensor_from_probe`, the sensor's pose, or `sensor_from_world` where it is fixed to the world");
   if (in_world) entry.mount = Mount::world;
   if (const auto& pose = in_world ? in_world : on_probe) entry.sensor_from_mount = read_pose(*pose);
+  if (const auto lens_of = map.find("lens_of")) {
+    if (version_1) lens_of->problem("is new in " + kRigSchemas.front());
+    entry.lens_of = lens_of->text();
+  }
   map.finish();
   return entry;
 }
@@ -257,6 +263,14 @@ Expected<Rig> read_rig(const fs::path& folder) {
       return fail(fmt::format("{}: two sensors are named {}.", (folder / description_name).string(), entry.name));
     auto sensor = read_lens(folder, entry);
     if (!sensor) return tl::unexpected(sensor.error());
+    if (!entry.lens_of.empty()) {
+      sensor->lens_of = rig.find(entry.lens_of);
+      if (!sensor->lens_of || rig.sensors[*sensor->lens_of].lens_of ||
+          rig.sensors[*sensor->lens_of].lens.parameters() != sensor->lens.parameters()) {
+        return fail(fmt::format("{}: {} is said to have the lens of {}, which is not so, or is not a sensor before it.",
+                                (folder / description_name).string(), entry.name, entry.lens_of));
+      }
+    }
     rig.sensors.push_back(std::move(*sensor));
   }
   for (const Led& led : entries->leds)

@@ -63,8 +63,8 @@ bool is_tracked(const Capture& capture, const Rig& rig) {
   return any_led && !capture.leds.empty() && !capture.tracker_frames.empty();
 }
 
-Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
-                                     PoseMethod method) {
+Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
+                                   PoseMethod method) {
   const auto code = blink_code_of(capture);
   if (!code) return tl::unexpected(code.error());
   const auto leds = rig_leds(capture, rig);
@@ -83,7 +83,15 @@ Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, con
   auto settled = method == PoseMethod::markers ? pose_by_markers(rig, trackers, *leds)
                                                : settle_constellation(rig, trackers, *leds);
   if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
-  return settled;
+  Stillness still = stillness(readings_over_time(trackers, *leds));
+  if (!still.still) {
+    return fail(
+        fmt::format("station {}: the probe or a tracker moved by up to {:.2f} px between readings of the LEDs "
+                    "(chi-square {:.0f} of "
+                    "{}): scan it again while everything stands still",
+                    station, still.largest_px, still.chi_square, still.degrees));
+  }
+  return StationPose{std::move(*settled), std::move(still)};
 }
 
 }  // namespace crumple

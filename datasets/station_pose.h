@@ -7,6 +7,7 @@
 #include "datasets/capture.h"
 #include "solvers/expected.h"
 #include "tracking/constellation.h"
+#include "tracking/stillness.h"
 
 namespace crumple {
 
@@ -17,10 +18,15 @@ bool is_tracked(const Capture& capture, const Rig& rig);
 // does it, from triangulated markers (tracking/paper_pose.h; without a covariance).
 enum class PoseMethod { pixels, markers };
 
+struct StationPose {
+  Constellation constellation;
+  Stillness stillness;  // of the LEDs between the repetitions of their words
+};
+
 // From all trackers that the rig knows and that took images there; what capture.yaml excludes is left out. Fails,
-// naming the station, on LEDs that the rig does not have, on an image that cannot be read, and where the lights give no
-// pose.
-Expected<Constellation> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
-                                     PoseMethod method = PoseMethod::pixels);
+// naming the station, on LEDs that the rig does not have, on an image that cannot be read, where the lights give no
+// pose, and where probe or trackers moved between the repetitions: a scan in between is spoilt then.
+Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
+                                   PoseMethod method = PoseMethod::pixels);
 
 }  // namespace crumple

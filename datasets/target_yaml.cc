@@ -39,18 +39,22 @@ BoardCertificate read_certificate(const YamlValue& value) {
   if (const auto sigma = map.require("pitch_sigma_mm", "the standard uncertainty of the mean pitch")) {
     certificate.pitch_sigma_mm = sigma->positive_number();
   }
-  certificate.temperature_c = number_or(map, "temperature_c", certificate.temperature_c, -50, 150);
-  if (const auto expansion = map.find("expansion_per_k")) certificate.expansion_per_k = expansion->number(-1e-4, 1e-3);
-  certificate.expansion_sigma_per_k = number_or(map, "expansion_sigma_per_k", 0, 0, 1e-3);
   if (const auto flatness = map.find("flatness_mm")) certificate.flatness_mm = flatness->positive_number();
-  certificate.serial = text_or_empty(map, "serial");
-  certificate.issuer = text_or_empty(map, "issuer");
-  certificate.date = text_or_empty(map, "date");
+  read_expansion_and_record(map, certificate);
   map.finish();
   return certificate;
 }
 
 }  // namespace
+
+void read_expansion_and_record(YamlMap& map, BoardCertificate& certificate) {
+  certificate.temperature_c = number_or(map, "temperature_c", certificate.temperature_c, -50, 150);
+  if (const auto expansion = map.find("expansion_per_k")) certificate.expansion_per_k = expansion->number(-1e-4, 1e-3);
+  certificate.expansion_sigma_per_k = number_or(map, "expansion_sigma_per_k", 0, 0, 1e-3);
+  certificate.serial = text_or_empty(map, "serial");
+  certificate.issuer = text_or_empty(map, "issuer");
+  certificate.date = text_or_empty(map, "date");
+}
 
 Target read_target(YamlMap& map) {
   Target target;

@@ -1,11 +1,13 @@
 #include "datasets/tracker_yaml.h"
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include <fmt/format.h>
 
 #include "datasets/limits.h"
+#include "datasets/target_yaml.h"
 #include "datasets/yaml_values.h"
 
 namespace crumple {
@@ -29,6 +31,56 @@ CaptureLed read_capture_led(const std::string& name, const YamlValue& value) {
   }
   map.finish();
   return led;
+}
+
+std::array<std::string, 2> read_ends(const YamlValue& value, const std::vector<CaptureLed>& leds) {
+  std::array<std::string, 2> ends;
+  const std::vector<YamlValue> items = value.list();
+  if (items.size() != 2) {
+    value.problem("must be the names of two LEDs, one at each end");
+    return ends;
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    ends[i] = items[i].text();
+    const bool known = std::any_of(leds.begin(), leds.end(), [&](const CaptureLed& led) {
+      return led.name == ends[i] && led.mount == Mount::world;
+    });
+    if (!known) items[i].problem("is not an LED of `leds` with `mount: world`");
+  }
+  if (ends[0] == ends[1]) value.problem("must be two different LEDs");
+  return ends;
+}
+
+BoardCertificate read_length_certificate(const YamlValue& value) {
+  YamlMap map = value.map();
+  BoardCertificate certificate;
+  if (const auto sigma = map.require("length_sigma_mm", "the standard uncertainty of the length")) {
+    certificate.pitch_sigma_mm = sigma->positive_number();
+  }
+  read_expansion_and_record(map, certificate);
+  map.finish();
+  return certificate;
+}
+
+CaptureBar read_scale_bar(const std::string& name, const YamlValue& value, const std::vector<CaptureLed>& leds) {
+  if (!is_plain_name(name)) value.problem("a scale bar's name is made of letters, digits, _ and -");
+  YamlMap map = value.map();
+  CaptureBar bar;
+  bar.name = name;
+  if (const auto ends = map.require("leds", "the two LEDs at its ends")) bar.leds = read_ends(*ends, leds);
+  bar.length_mm = required_number(map, "length_mm", "the distance of its LEDs", 1, kLargestValue);
+  if (const auto certificate = map.require("certificate", "what is known of its length")) {
+    bar.certificate = read_length_certificate(*certificate);
+  }
+  if (const auto placing = map.find("placing_sigma_mm")) bar.placing_sigma_mm = placing->positive_number();
+  if (const auto places = map.find("places")) {
+    for (const YamlValue& place : places->list()) {
+      bar.places.emplace_back();
+      for (const YamlValue& station : place.list()) bar.places.back().push_back(station.text());
+    }
+  }
+  map.finish();
+  return bar;
 }
 
 }  // namespace
@@ -90,6 +142,20 @@ std::vector<CaptureLed> read_capture_leds(const YamlValue& value) {
   }
   check_words(words, value);
   return leds;
+}
+
+std::vector<CaptureBar> read_scale_bars(const YamlValue& value, const std::vector<CaptureLed>& leds) {
+  std::vector<CaptureBar> bars;
+  std::set<std::string> taken;
+  YamlMap map = value.map();
+  for (const auto& [name, bar] : map.entries()) {
+    bars.push_back(read_scale_bar(name, bar, leds));
+    for (const std::string& led : bars.back().leds) {
+      if (!led.empty() && !taken.insert(led).second)
+        bar.problem(fmt::format("shares the LED {} with another bar", led));
+    }
+  }
+  return bars;
 }
 
 }  // namespace crumple

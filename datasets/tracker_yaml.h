@@ -25,4 +25,7 @@ std::vector<FrameContent> read_tracker_frames(const YamlValue& value);
 // `leds` of capture.yaml, by their names.
 std::vector<CaptureLed> read_capture_leds(const YamlValue& value);
 
+// `scale_bars`, by their names, between LEDs of the capture that are fixed to the world. Stations are not checked.
+std::vector<CaptureBar> read_scale_bars(const YamlValue& value, const std::vector<CaptureLed>& leds);
+
 }  // namespace crumple

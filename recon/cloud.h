@@ -19,10 +19,17 @@ struct CloudPoint {
   float quality = 0;          // 0..1: 1 where every orientation agrees within its sigma
 };
 
+// A further number of every point, such as what a thermal camera shows there.
+struct CloudColumn {
+  std::string name;
+  std::vector<float> values;
+};
+
 struct Cloud {
   std::string frame = "probe";  // the frame the positions are in
   std::vector<std::string> stations;
   std::vector<CloudPoint> points;
+  std::vector<CloudColumn> columns = {};  // of what is read from files the usual ones only
 };
 
 }  // namespace crumple

@@ -225,9 +225,15 @@ struct Pool {
   double redundancy = 0;
 };
 
+std::optional<double> known_sigma(const Rig& rig, const GroupKey& key, const BundleOptions& options) {
+  const auto known = options.known_sigma_px.find(group_name(rig, key.first, key.second));
+  return known == options.known_sigma_px.end() ? std::nullopt : std::optional(known->second);
+}
+
 // `small` remembers the groups whose redundancy was once too little, lest one on the limit go to and fro.
 std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Linearisation& at,
-                                                  const std::vector<ViewWeights>& weights, const BundleOptions& options,
+                                                  const std::vector<ViewWeights>& weights,
+                                                  const CalibrationState& state, const BundleOptions& options,
                                                   std::set<GroupKey>& small) {
   std::map<GroupKey, GroupSummary> groups;
   std::map<GroupKey, double> squares, all_squares;
@@ -261,6 +267,10 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
     group.rms_all_px = std::sqrt(all_squares[key] / static_cast<double>(group.observations));
     const Pool& pool = pools[key.second];
     const Pool own = small.contains(key) ? pool : Pool{squares[key], group.redundancy};
+    if (const auto known = known_sigma(state.rig, key, options)) {
+      group.sigma_px = *known;
+      continue;
+    }
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;
     const double kept = options.reject_outliers ? kept_variance(d, options.gate) : 1;
     group.sigma_px = group.sigma_estimated ? std::max(std::sqrt(own.square / (own.redundancy * kept)), kSigmaFloor_px)
@@ -294,7 +304,9 @@ Expected<void> converge_robustly(const Views& views, const Parameters& parameter
   for (int round = 0;; ++round) {
     const auto residuals = residuals_at(views, state, options.threads);
     if (!residuals) return tl::unexpected(residuals.error());
-    set_sigmas(views, robust_sigmas(views, *residuals), weights);
+    std::map<GroupKey, double> sigmas = robust_sigmas(views, *residuals);
+    for (auto& [key, sigma_px] : sigmas) sigma_px = known_sigma(state.rig, key, options).value_or(sigma_px);
+    set_sigmas(views, sigmas, weights);
     if (round == kRobustRounds) return {};
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
     if (!minimum) return tl::unexpected(minimum.error());
@@ -395,6 +407,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   CalibrationState state = start;
   std::set<BlockId> held = options.held;
   hold_gauge(state, views, held);
+  for (const BlockId& block : options.freed) held.erase(block);
   for (std::size_t b = 0; b < start.boards.size(); ++b) {
     if (!options.estimate_warp) held.insert({BlockId::Kind::warp, b});
     if (!has_prior({BlockId::Kind::scale, b}, options.priors)) held.insert({BlockId::Kind::scale, b});
@@ -423,7 +436,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (!minimum) return tl::unexpected(minimum.error());
     auto at = linearise(views, weights, minimum->equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
-    const auto groups = summarise_groups(views, *at, weights, options, small);
+    const auto groups = summarise_groups(views, *at, weights, state, options, small);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);

@@ -25,6 +25,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -42,12 +43,15 @@ struct BundleOptions {
   bool reject_outliers = true;
   double gate = 16;             // on the standardised square in two dimensions
   double prior_sigma_px = 0.3;  // for groups too small to estimate it from
+  // Of groups, by group_name(), whose noise is known and not to be estimated.
+  std::map<std::string, double> known_sigma_px = {};
   double minimum_redundancy = 50;
   // Variance inflation of corners and of stripe readings: how many correlated ones count as one (calib/correlation.h).
   // It scales their weight and so the covariance; sigma and the gate are of single observations.
   double corner_inflation = 1;
   double stripe_inflation = 1;
-  std::set<BlockId> held = {};  // further blocks that keep their start, such as a lens known from elsewhere
+  std::set<BlockId> held = {};   // further blocks that keep their start, such as a lens known from elsewhere
+  std::set<BlockId> freed = {};  // not held for the gauge, where a prior fixes the frame
   std::vector<Prior> priors = {};
   int threads = 1;
 };

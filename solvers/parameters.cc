@@ -5,6 +5,12 @@
 namespace crumple {
 namespace {
 
+// The block itself or, of a shared lens, that of the sensor which it is of.
+BlockId owner_of(const BlockId& block, const CalibrationState& state) {
+  if (block.kind != BlockId::Kind::lens) return block;
+  return {block.kind, state.rig.sensors[block.index].lens_of.value_or(block.index)};
+}
+
 // Whether a view holds both a placement and a station that are estimated.
 bool meet(const std::vector<std::unique_ptr<View>>& views, const std::set<BlockId>& estimated) {
   return std::any_of(views.begin(), views.end(), [&](const auto& view) {
@@ -20,7 +26,8 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
   std::set<BlockId> touched;
   for (const auto& view : views) {
     for (const BlockId& block : view->blocks()) {
-      if (!held.contains(block)) touched.insert(block);
+      const BlockId owner = owner_of(block, state);
+      if (!held.contains(owner)) touched.insert(owner);
     }
   }
   const auto add_common = [&](const BlockId& block) {
@@ -30,8 +37,10 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     common_size_ += tangent_size(block, state);
   };
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    const BlockId lens{BlockId::Kind::lens, s}, owner = owner_of(lens, state);
     lens_sizes_.push_back(state.rig.sensors[s].lens.parameter_count());
-    add_common({BlockId::Kind::lens, s});
+    if (owner == lens) add_common(lens);
+    if (owner != lens && offsets_.contains(owner)) offsets_[lens] = offsets_.at(owner);
     add_common({BlockId::Kind::mount, s});
   }
   for (std::size_t l = 0; l < state.rig.leds.size(); ++l) add_common({BlockId::Kind::led, l});
@@ -108,6 +117,9 @@ void move_block(const BlockId& block, const Eigen::Ref<const Eigen::VectorXd>& s
       std::vector<double> values = lens.parameters();
       for (std::size_t i = 0; i < values.size(); ++i) values[i] += step[static_cast<Eigen::Index>(i)];
       lens = lens.with_parameters(std::move(values));
+      for (Sensor& sharer : state.rig.sensors) {
+        if (sharer.lens_of == block.index) sharer.lens = lens;
+      }
       return;
     }
     case BlockId::Kind::mount: {

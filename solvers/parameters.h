@@ -19,7 +19,8 @@ namespace crumple {
 
 class Parameters {
  public:
-  // Blocks that no view touches are held, as are those in `held`.
+  // Blocks that no view touches are held, as are those in `held`. A shared lens is one block, of the sensor that it is;
+  // the others' lens blocks mean it too.
   Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
              const std::set<BlockId>& held);
 
@@ -54,7 +55,7 @@ class Parameters {
   int common_size_ = 0;
 };
 
-// One block of the state moved by its tangent step.
+// One block of the state moved by its tangent step; a lens takes along the sensors that share it.
 void move_block(const BlockId& block, const Eigen::Ref<const Eigen::VectorXd>& step, CalibrationState& state);
 
 // The tangent step of one block that leads from one state to another: move_block's inverse.

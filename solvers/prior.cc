@@ -28,6 +28,17 @@ BlockDifference difference_of(const BlockId& block, const CalibrationState& abou
   return difference;
 }
 
+// L^-1 of L L' = covariance.
+Expected<Eigen::MatrixXd> whitening_root(const std::string& name, const Eigen::MatrixXd& covariance) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
+  if (llt.info() != Eigen::Success || !covariance.allFinite()) {
+    return fail(fmt::format("{}: its covariance is not positive definite", name));
+  }
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
+  llt.matrixL().solveInPlace(root);
+  return root;
+}
+
 }  // namespace
 
 Prior::Prior(std::string name, std::vector<PriorTerm> terms, CalibrationState about, Eigen::MatrixXd root)
@@ -44,13 +55,25 @@ Expected<Prior> Prior::create(std::string name, std::vector<PriorTerm> terms, Ca
   if (std::set<PriorTerm>(terms.begin(), terms.end()).size() != terms.size()) {
     return fail(fmt::format("{}: a parameter is given twice", name));
   }
-  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
-  if (llt.info() != Eigen::Success || !covariance.allFinite()) {
-    return fail(fmt::format("{}: its covariance is not positive definite", name));
+  auto root = whitening_root(name, covariance);
+  if (!root) return tl::unexpected(root.error());
+  return Prior(std::move(name), std::move(terms), std::move(about), std::move(*root));
+}
+
+Expected<Prior> Prior::of_distances(std::string name, std::vector<LedDistance> distances,
+                                    const Eigen::MatrixXd& covariance) {
+  assert(covariance.rows() == static_cast<Eigen::Index>(distances.size()) && covariance.cols() == covariance.rows());
+  auto root = whitening_root(name, covariance);
+  if (!root) return tl::unexpected(root.error());
+  Prior prior(std::move(name), {}, {}, std::move(*root));
+  std::set<std::size_t> leds;
+  for (const LedDistance& distance : distances) {
+    if (distance.from == distance.to) return fail(fmt::format("{}: a distance needs two LEDs", prior.name_));
+    leds.insert({distance.from, distance.to});
   }
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
-  llt.matrixL().solveInPlace(root);
-  return Prior(std::move(name), std::move(terms), std::move(about), std::move(root));
+  for (const std::size_t led : leds) prior.blocks_.push_back({BlockId::Kind::led, led});
+  prior.distances_ = std::move(distances);
+  return prior;
 }
 
 Prior Prior::as_weak() const {
@@ -67,6 +90,32 @@ Eigen::VectorXd Prior::sigmas() const {
 }
 
 WhitenedPrior Prior::evaluate(const CalibrationState& state) const {
+  return distances_.empty() ? evaluate_terms(state) : evaluate_distances(state);
+}
+
+WhitenedPrior Prior::evaluate_distances(const CalibrationState& state) const {
+  const auto count = static_cast<Eigen::Index>(distances_.size());
+  Eigen::VectorXd difference_mm(count);
+  std::vector<Eigen::MatrixXd> rows(blocks_.size(), Eigen::MatrixXd::Zero(count, 3));
+  const auto rows_of = [&](std::size_t led) -> Eigen::MatrixXd& {
+    const auto block = std::find(blocks_.begin(), blocks_.end(), BlockId{BlockId::Kind::led, led});
+    return rows[static_cast<std::size_t>(block - blocks_.begin())];
+  };
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const LedDistance& distance = distances_[static_cast<std::size_t>(i)];
+    assert(state.rig.leds[distance.from].mount == state.rig.leds[distance.to].mount);
+    const Eigen::Vector3d between = state.rig.leds[distance.to].position_mm - state.rig.leds[distance.from].position_mm;
+    difference_mm[i] = between.norm() - distance.length_mm;
+    const Eigen::RowVector3d direction = between.stableNormalized().transpose();
+    rows_of(distance.to).row(i) = direction;
+    rows_of(distance.from).row(i) = -direction;
+  }
+  WhitenedPrior result{root_ * difference_mm, {}};
+  for (const Eigen::MatrixXd& of_led : rows) result.jacobians.emplace_back(root_ * of_led);
+  return result;
+}
+
+WhitenedPrior Prior::evaluate_terms(const CalibrationState& state) const {
   const auto count = static_cast<Eigen::Index>(terms_.size());
   Eigen::VectorXd difference(count);
   WhitenedPrior result;

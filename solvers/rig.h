@@ -22,12 +22,15 @@ enum class SensorKind { camera, projector };
 // that of the first sensor fixed to the world or, where there is none, the probe's own (a probe that stands still).
 enum class Mount { probe, world };
 
+// A tracker that is moved between set-ups is one sensor per set-up, each with its own mount; the later ones share the
+// lens of the first.
 struct Sensor {
   std::string name;
   SensorKind kind = SensorKind::camera;
   Lens lens;
   Pose sensor_from_mount;  // identity for the sensor whose frame is the mount's
   Mount mount = Mount::probe;
+  std::optional<std::size_t> lens_of = {};  // the earlier sensor whose lens this is; that one has its own
 };
 
 // A light that trackers see: one of the probe's, or a reference in the room.

@@ -73,6 +73,21 @@ std::size_t take_candidates(const Rig& rig, const TrackerLights& tracker, const 
 
 }  // namespace
 
+std::vector<LedReadings> readings_over_time(const std::vector<TrackerLights>& trackers,
+                                            const std::vector<std::size_t>& led_of_word) {
+  std::vector<LedReadings> times;
+  for (const TrackerLights& tracker : trackers) {
+    for (const IdentifiedLight& light : tracker.lights.leds) {
+      for (const LightTime& time : light.light.times) {
+        if (times.size() <= time.repetition) times.resize(time.repetition + 1);
+        LedReading reading{{tracker.sensor, {led_of_word[light.led]}, {time.pixel}, {}}, {time.covariance_px2}};
+        times[time.repetition].push_back(std::move(reading));
+      }
+    }
+  }
+  return times;
+}
+
 Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options) {

@@ -34,6 +34,10 @@ struct Constellation {
   std::vector<RefusedLight> refused;  // by identification, and candidates not taken
 };
 
+// What the identified lights of all trackers say at each repetition of the words, for stillness().
+std::vector<LedReadings> readings_over_time(const std::vector<TrackerLights>& trackers,
+                                            const std::vector<std::size_t>& led_of_word);
+
 // `led_of_word` gives the rig's index of the LED that blinks each word of the code. Fails where a pose fails.
 Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                              const std::vector<std::size_t>& led_of_word,

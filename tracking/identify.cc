@@ -1,6 +1,7 @@
 #include "tracking/identify.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -73,6 +74,21 @@ Light light_of(const Cluster& cluster, double lasting_sigma_px) {
   return light;
 }
 
+// The spots of each repetition of the words by themselves.
+std::vector<LightTime> times_of(const Cluster& cluster, std::size_t word_length, double lasting_sigma_px) {
+  std::vector<LightTime> times;
+  for (std::size_t first = 0; first < cluster.frames.size();) {
+    const std::size_t repetition = cluster.frames[first] / word_length;
+    Cluster part;
+    for (; first < cluster.frames.size() && cluster.frames[first] / word_length == repetition; ++first) {
+      part.add(cluster.frames[first], cluster.spots[first]);
+    }
+    const Light light = light_of(part, lasting_sigma_px);
+    times.push_back({repetition, light.pixel, light.covariance_px2});
+  }
+  return times;
+}
+
 // Two lights so near that spots may have gone to either.
 bool crowded(const std::vector<Cluster>& clusters, std::size_t at, double radius_px) {
   for (std::size_t other = 0; other < clusters.size(); ++other) {
@@ -114,13 +130,14 @@ Expected<Identification> identify_leds(const BlinkCode& code,
   std::vector<IdentifiedLight> told;
   for (std::size_t i = 0; i < clusters.size(); ++i) {
     const BlinkDecoded& decoded = decoding.leds[i];
-    const Light light = light_of(clusters[i], options.lasting_sigma_px);
+    Light light = light_of(clusters[i], options.lasting_sigma_px);
+    light.times = times_of(clusters[i], static_cast<std::size_t>(code.length()), options.lasting_sigma_px);
     if (!decoded.led) {
       result.refused.push_back({light, words(decoded.refusal)});
     } else if (crowded(clusters, i, options.radius_px)) {
       result.refused.push_back({light, "another light is too near to tell whose spots are whose"});
     } else {
-      told.push_back({*decoded.led, light, decoded.errors});
+      told.push_back({*decoded.led, std::move(light), decoded.errors});
     }
   }
   part_candidates(told, result);

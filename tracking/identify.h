@@ -30,12 +30,20 @@ struct IdentifyOptions {
   double lasting_sigma_px = 0.01;  // of a light's pixel, added in quadrature
 };
 
+// A light's pixel during one repetition of the words: whether anything moved (tracking/stillness.h).
+struct LightTime {
+  std::size_t repetition = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();
+};
+
 struct Light {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();
   Eigen::Vector2d centre_of_gravity_px = Eigen::Vector2d::Zero();  // mean over the frames
   int spots = 0;                                                   // that it is the mean of
   double scatter_chi_square = 0;                                   // of its spots about the mean, of 2 (spots - 1)
+  std::vector<LightTime> times = {};                               // ascending; repetitions without a spot are left out
 };
 
 struct IdentifiedLight {

@@ -5,6 +5,7 @@
 #include <gflags/gflags.h>
 
 #include "calib/cross_validate.h"
+#include "calib/moved_sensor.h"
 #include "calib/verdict.h"
 #include "cli/calibrate_hand_eye.h"
 #include "cli/calibration_input.h"
@@ -16,6 +17,7 @@
 #include "cli/residual_files.h"
 #include "cli/truth_text.h"
 #include "cli/verbs/verbs.h"
+#include "datasets/earlier_rig.h"
 #include "datasets/json_text.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
@@ -37,6 +39,13 @@ DEFINE_bool(
     starts, false,
     "of a tracked probe, also write the rigs of the closed forms alone and of every part refined by itself, to compare "
     "with: closed_forms/ and stagewise/");
+DEFINE_string(
+    start, "",
+    "folder of an earlier rig to go on from: what it knew, with its covariance, is weighed against what is new");
+DEFINE_string(
+    correct, "",
+    "with --start: names of the sensors, and leds, that may be corrected, comma-separated; the others keep what "
+    "the earlier rig says; empty: all may");
 DEFINE_bool(hand_eye, false,
             "from two files of poses, the hand's and the eye's, the eye's pose on the hand instead (docs/tracking.md)");
 
@@ -52,6 +61,7 @@ Expected<CalibrationOptions> options_from_flags() {
   } else if (FLAGS_warp != "auto") {
     return fail(fmt::format("--warp={} is none of off, on and auto", FLAGS_warp));
   }
+  if (!FLAGS_correct.empty() && FLAGS_start.empty()) return fail("--correct is about an earlier rig: give --start");
   options.bundle.reject_outliers = FLAGS_outliers;
   options.bundle.threads = thread_count();
   return options;
@@ -83,8 +93,26 @@ Expected<std::vector<LensChoice>> apply_lens_flag(const CalibrationOptions& opti
   return std::vector<LensChoice>();
 }
 
+// --start and --correct.
+Expected<std::optional<EarlierRig>> earlier_from_flags() {
+  if (FLAGS_start.empty()) return std::optional<EarlierRig>();
+  auto earlier = read_earlier_rig(FLAGS_start);
+  if (!earlier) return tl::unexpected(earlier.error());
+  for (const std::string& name : parse_names(FLAGS_correct)) {
+    if (name != "leds" && !earlier->rig.find(name)) {
+      return fail(fmt::format("--correct: {} has no sensor {}", FLAGS_start, name));
+    }
+    earlier->corrected.insert(name);
+  }
+  return std::optional<EarlierRig>(std::move(*earlier));
+}
+
 // What is not to be had of a probe that is moved about.
 Expected<void> check_system_flags(const CalibrationData& data) {
+  if (!FLAGS_start.empty() && (FLAGS_lens == "auto" || FLAGS_cross_validate || FLAGS_starts)) {
+    return fail(
+        "--start goes on from a rig: --lens=auto, --cross_validate and --starts are about calibrations from nothing");
+  }
   if (data.station_names.empty()) return {};
   if (FLAGS_lens == "auto") {
     return fail("--lens=auto takes no trackers: choose with --sensors=..., the probe's or the trackers' alone");
@@ -131,11 +159,14 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (context.inputs.size() != 1) return usage_error("calibrate takes one capture; two files of poses with --hand_eye");
   if (!FLAGS_invert.empty()) return usage_error("--invert is about poses; give it with --hand_eye");
   const auto began = std::chrono::steady_clock::now();
-  const auto options = options_from_flags();
+  auto options = options_from_flags();
   if (!options) return usage_error(options.error().message);
   const auto source = source_from_flags();
   if (!source) return usage_error(source.error().message);
   if (const auto known = check_lens_flag(); !known) return usage_error(known.error().message);
+  auto earlier = earlier_from_flags();
+  if (!earlier) return tl::unexpected(earlier.error());
+  options->earlier = std::move(*earlier);
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
@@ -147,7 +178,11 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
   const auto calibration = calibrate(input->data, *options);
   if (!calibration) return fail(explained(calibration.error().message, *capture, input->skipped));
-  const Verdict verdict = judge(*calibration);
+  Verdict verdict = judge(*calibration);
+  if (!verdict.ok) {
+    const auto moved = find_moved_sensor(input->data, *calibration, thread_count());
+    if (moved) verdict.reasons.insert(verdict.reasons.begin(), moved->sentence);
+  }
 
   VerbResult result;
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
@@ -182,41 +217,42 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (auto done = write_residual_files(*capture, *input, *calibration, FLAGS_overlays, folder->path()); !done) {
     return tl::unexpected(done.error());
   }
-  if (auto done = commit_with_record(*folder, context, capture_files(*capture)); !done) {
-    return tl::unexpected(done.error());
-  }
+  std::vector<std::filesystem::path> inputs = capture_files(*capture);
+  if (!FLAGS_start.empty()) inputs.emplace_back(FLAGS_start);
+  if (auto done = commit_with_record(*folder, context, inputs); !done) return tl::unexpected(done.error());
   return result;
 }
 
 }  // namespace
 
 Verb calibrate_verb() {
-  return {.name = "calibrate",
-          .purpose = "estimate a rig from a capture of the board",
-          .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
-          .description =
-              "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
-              "rig, its covariance and summary.json. Where trackers watch the probe's LEDs, everything is refined "
-              "together: "
-              "the probe's sensors and LEDs, the trackers, every pose. Exit code 4 where the calibration is not to be "
-              "trusted: the "
-              "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
-              "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json.",
-          .example =
-              "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
-              "verdict: ok\n"
-              "placements: 13\n"
-              "left (LENSMODEL_OPENCV5)\n"
-              "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
-              "  fx      533.474717 +- 0.446626\n"
-              "  ...\n"
-              "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
-          .min_inputs = 1,
-          .max_inputs = 2,
-          .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate",
-                    "overlays", "truth", "starts", "hand_eye", "invert", "threads", "overwrite", "json"},
-          .required = {"out"},
-          .run = run_calibrate};
+  return {
+      .name = "calibrate",
+      .purpose = "estimate a rig from a capture of the board",
+      .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
+      .description =
+          "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
+          "rig, its covariance and summary.json. Where trackers watch the probe's LEDs, everything is refined "
+          "together: "
+          "the probe's sensors and LEDs, the trackers, every pose. Exit code 4 where the calibration is not to be "
+          "trusted: the "
+          "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
+          "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json.",
+      .example =
+          "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
+          "verdict: ok\n"
+          "placements: 13\n"
+          "left (LENSMODEL_OPENCV5)\n"
+          "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
+          "  fx      533.474717 +- 0.446626\n"
+          "  ...\n"
+          "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
+      .min_inputs = 1,
+      .max_inputs = 2,
+      .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate", "overlays",
+                "truth", "starts", "start", "correct", "hand_eye", "invert", "threads", "overwrite", "json"},
+      .required = {"out"},
+      .run = run_calibrate};
 }
 
 }  // namespace crumple

@@ -244,7 +244,7 @@ class Reconstructor {
 
  private:
   std::optional<Pose> world_from_probe() const {
-    return tracked_ ? std::optional<Pose>(where_->pose.world_from_probe) : std::nullopt;
+    return tracked_ ? std::optional<Pose>(where_->constellation.pose.world_from_probe) : std::nullopt;
   }
 
   Expected<std::vector<StationCloud>> reconstruct(const std::string& station, const Pair& pair) {
@@ -283,7 +283,7 @@ class Reconstructor {
       if (tracked_) {
         const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
         if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
-        place = where->pose.world_from_probe;
+        place = where->constellation.pose.world_from_probe;
       }
       beside.assembly->add(part->cloud, station, pair->geometry.probe_from_cam.translation, place);
     }
@@ -294,7 +294,7 @@ class Reconstructor {
   const Rig& rig_;
   const Choices& choices_;
   bool tracked_;
-  Expected<Constellation> where_ = Constellation{};
+  Expected<StationPose> where_ = StationPose{};
 };
 
 // Deviations per cloud, in the world frame after one rigid move onto the surface; empty without --truth.

@@ -2,11 +2,14 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include "calib/unknown_probe.h"
+#include "cli/calibration_input.h"
 #include "cli/flags.h"
 #include "cli/progress.h"
 #include "cli/record.h"
 #include "cli/track_summary.h"
 #include "cli/verbs/verbs.h"
+#include "datasets/earlier_rig.h"
 #include "datasets/json_text.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
@@ -33,11 +36,59 @@ Expected<std::vector<std::string>> tracked_stations(const Capture& capture) {
   return all;
 }
 
+// Whether the capture's probe has LEDs of which the rig knows none.
+bool probe_is_unknown(const Capture& capture, const Rig& rig) {
+  bool any = false;
+  for (const CaptureLed& led : capture.leds) {
+    if (led.mount != Mount::probe) continue;
+    any = true;
+    for (const Led& known : rig.leds) {
+      if (known.name == led.name) return false;
+    }
+  }
+  return any;
+}
+
+// The rig's trackers with the LEDs of a probe that they see for the first time.
+Expected<Rig> rig_of_unknown_probe(const Capture& capture) {
+  const auto trackers = read_earlier_rig(FLAGS_rig);
+  if (!trackers) return tl::unexpected(trackers.error());
+  std::vector<std::string> names;
+  for (const CaptureSensor& sensor : capture.sensors) {
+    if (sensor.mount == Mount::world && trackers->rig.find(sensor.name)) names.push_back(sensor.name);
+  }
+  if (names.empty()) return fail("the rig knows none of the capture's cameras that are fixed to the world");
+  const auto input =
+      read_calibration_input(capture, names, ProjectorSource::automatic, thread_count(), NeedsBoards::no);
+  if (!input) return tl::unexpected(input.error());
+  std::map<std::string, Eigen::Vector3d> nominal_mm;
+  for (const CaptureLed& led : capture.leds) {
+    if (led.nominal_mm) nominal_mm[led.name] = *led.nominal_mm;
+  }
+  const auto probe = unknown_probe(input->data, *trackers, nominal_mm, thread_count());
+  if (!probe) return tl::unexpected(probe.error());
+  return probe->rig;
+}
+
+// Into a folder of its own.
+Expected<void> write_found_rig(const std::filesystem::path& folder, const Rig& rig) {
+  std::error_code failure;
+  std::filesystem::create_directory(folder, failure);
+  if (failure) return fail(fmt::format("{} cannot be made: {}", folder.string(), failure.message()));
+  return write_rig(folder, rig);
+}
+
 Expected<VerbResult> run_track(const VerbContext& context) {
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
-  const auto rig = read_rig(FLAGS_rig);
+  auto rig = read_rig(FLAGS_rig);
   if (!rig) return tl::unexpected(rig.error());
+  const bool unknown = probe_is_unknown(*capture, *rig);
+  if (unknown) {
+    auto found = rig_of_unknown_probe(*capture);
+    if (!found) return fail(fmt::format("{}: {}", capture->description.string(), found.error().message));
+    rig = std::move(*found);
+  }
   if (!is_tracked(*capture, *rig)) {
     return fail(fmt::format("{} and {}: a probe is tracked by LEDs that both describe", capture->description.string(),
                             FLAGS_rig));
@@ -61,6 +112,10 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   const auto failed = std::count_if(tracked.begin(), tracked.end(), [](const TrackedStation& t) { return !t.found; });
   if (failed == static_cast<std::ptrdiff_t>(tracked.size())) return fail("no station could be tracked\n" + result.text);
   result.exit_code = failed == 0 ? ExitCode::done : ExitCode::part_of_batch_failed;
+  if (unknown) {
+    result.text = "the rig knows no LED of this probe: rig/ holds the trackers with its LEDs\n" + result.text;
+    if (auto done = write_found_rig(*folder / "rig", *rig); !done) return tl::unexpected(done.error());
+  }
   const auto written =
       write_file(*folder / "poses.csv", poses_csv(tracked))
           .and_then([&] { return json_text(result.document); })
@@ -84,14 +139,15 @@ Verb track_verb() {
       .description =
           "Finds the spots in every tracker's frames, tells the LEDs by the words they blink, and poses the probe from "
           "the pixels of all trackers at once, with its covariance. Writes poses.csv (world_from_probe of each "
-          "station) "
-          "and summary.json. Exit code 5 where some stations failed and the others are written.",
+          "station) and summary.json. Where the rig has trackers but no LED of the probe, the LEDs are found first, "
+          "from all stations together, and written to rig/. A station at which something moved between two readings "
+          "of the LEDs fails. Exit code 5 where some stations failed and the others are written.",
       .example =
           "$ crumple track door/capture.yaml --rig=rig --out=poses\n"
           "door_1: 10 readings, 0 left out, chi-square 14.2 of 14; sigma 0.021 deg, 0.32 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "overwrite", "json"},
+      .flags = {"rig", "out", "images", "stations", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_track};
 }

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "calib/calibrate.h"
+#include "calib/moved_sensor.h"
+#include "calib/verdict.h"
 #include "tests/calib/made_system_data.h"
 
 namespace crumple {
@@ -44,10 +46,13 @@ TEST_P(CalibrateSystem, RecoversTheTruthFromNoiseFreeObservations) {
 
 INSTANTIATE_TEST_SUITE_P(
     AnyPart, CalibrateSystem,
-    testing::Values(SystemCase{"Whole", {.stations = 12, .placements = 2}},
-                    SystemCase{"OneTracker", {.trackers = 1, .projector = false, .stations = 14}},
-                    SystemCase{"FourTrackersAndAWand",
-                               {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}}),
+    testing::Values(
+        SystemCase{"Whole", {.stations = 12, .placements = 2}},
+        SystemCase{"MovedTrackers", {.projector = false, .stations = 20, .room_leds = 6, .moved_trackers = true}},
+        SystemCase{"MovedTrackersTiedByTheBoard", {.projector = false, .stations = 20, .moved_trackers = true}},
+        SystemCase{"OneTracker", {.trackers = 1, .projector = false, .stations = 14}},
+        SystemCase{"FourTrackersAndAWand",
+                   {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}}),
     [](const auto& of_case) { return of_case.param.name; });
 
 double led_error_mm(const CalibrationState& state, const CalibrationState& truth) {
@@ -75,6 +80,33 @@ TEST(CalibrateSystemStart, EachWayIsNearerToTheTruthThanTheOneBefore) {
   }
   EXPECT_LT(stages_mm, closed_mm);
   EXPECT_LT(joint_mm, stages_mm);
+}
+
+// Trackers that were moved, with too little in common: stations without boards, and three references.
+TEST(CalibrateSystemStart, AMovedTrackerThatNothingTiesIsNamed) {
+  MadeSystem made = make_system({.projector = false, .stations = 20, .room_leds = 3, .moved_trackers = true});
+  std::erase_if(made.observations.corners, [](const CornerView& view) { return view.station >= 10U; });
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("track0b"));
+  EXPECT_THAT(found.error().message, HasSubstr("reference LEDs"));
+}
+
+// A board printed 0.3 % too large, and a bar that knows better.
+TEST(CalibrateSystemStart, AScaleBarCorrectsTheBoards) {
+  const MadeSystem made = make_system({.projector = false, .stations = 16, .bar_mm = 1100, .bar_places = 2});
+  CalibrationData data = data_of(made);
+  for (BoardSpec& board : data.boards) board.target.pitch_mm *= 1.003;
+  EXPECT_FALSE(calibrate(data, kFlat)->scale);
+  const std::size_t first = made.truth.rig.leds.size() - 4;
+  ASSERT_EQ(made.truth.rig.leds[first].name, "bar0a");
+  data.bars = {{"bar", {{first, first + 1}, {first + 2, first + 3}}, 1100, {.pitch_sigma_mm = 0.011}, 0}};
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  ASSERT_TRUE(found->scale);
+  EXPECT_GT(found->scale->relative, 1e-5);
+  EXPECT_LT(found->scale->relative, 1e-3);
+  EXPECT_NEAR(found->bundle.state.boards[0].scale * 1.003, 1, 4 * found->scale->relative);
 }
 
 TEST(CalibrateSystemStart, AProbeTurnedAboutOneAxisIsRefusedByName) {
@@ -138,6 +170,44 @@ TEST(CalibrateSystemStart, ATrackerWithoutBoardsIsNamed) {
   const auto found = calibrate(data_of(made), kFlat);
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().message, HasSubstr("track1"));
+}
+
+// The second tracker is knocked after half of the stations, and nobody notices.
+TEST(MovedSensor, IsNamedWithTheStationFromWhichOnItStandsElsewhere) {
+  const MadeSystem made = make_system({.trackers = 3, .projector = false, .stations = 20});
+  Rig knocked = made.truth.rig;
+  Vector6d knock;
+  knock << 1.5e-3, -1e-3, 0.5e-3, 0.8, 0.5, 0;
+  knocked.sensors[2].sensor_from_mount = retract(knocked.sensors[2].sensor_from_mount, knock);
+  CalibrationData data = data_of(made);
+  for (LedView& view : data.observations.leds) {
+    if (view.sensor != 2 || *view.station < 11) continue;
+    for (std::size_t i = 0; i < view.leds.size(); ++i) {
+      const Eigen::Vector3d in_world =
+          made.truth.world_from_probe[*view.station] * made.truth.rig.leds[view.leds[i]].position_mm;
+      const auto pixel_at = [&](const Rig& rig) {
+        return *rig.sensors[2].lens.project(rig.sensors[2].sensor_from_mount * in_world);
+      };
+      view.pixels[i] += pixel_at(knocked) - pixel_at(made.truth.rig);
+    }
+  }
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_FALSE(judge(*found).ok);
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 2u);
+  EXPECT_EQ(moved->first_station, 11u);
+  EXPECT_LT((moved->step - knock).head<3>().norm(), 3e-4);
+  EXPECT_THAT(moved->sentence, HasSubstr("track1"));
+  EXPECT_THAT(moved->sentence, HasSubstr("station_11"));
+}
+
+TEST(MovedSensor, NoneWasWhereNothingHappened) {
+  const MadeSystem made = make_system({.trackers = 3, .projector = false, .stations = 16});
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_FALSE(find_moved_sensor(data_of(made), *found, 1));
 }
 
 }  // namespace

@@ -9,7 +9,8 @@ namespace crumple {
 inline CalibrationData data_of(const MadeSystem& made) {
   CalibrationData data;
   for (const Sensor& sensor : made.truth.rig.sensors) {
-    data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model(), sensor.mount});
+    data.sensors.push_back(
+        {sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model(), sensor.mount, sensor.lens_of});
   }
   data.boards = {{"board", {11, 8, 30}, {}}, {"tracker_board", {10, 7, 60}, {}}};
   data.board_of = made.truth.board_of;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "datasets/rig_file.h"
 #include "tests/cli/program.h"
 
 namespace crumple {
@@ -87,6 +88,38 @@ TEST(TrackedSystemVerbs, AnotherProbesRigIsRefused) {
                                      "' --out='" + (home / "poses").string() + "'");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("no LED c"));
+}
+
+// The rig's own capture is held against it, as it is and after a tracker's nudge.
+TEST(TrackedSystemVerbs, CheckNamesTheTrackerThatMoved) {
+  const TrackedSystem& system = TrackedSystem::get();
+  const std::string check = "check '" + system.capture() + "/capture.yaml' --json --rig='";
+  const ProgramRun same = run_program(check + system.rig() + "'");
+  EXPECT_EQ(same.exit_code, 0) << same.err << same.out;
+  EXPECT_TRUE(json::parse(same.out)["rig"]["valid"]);
+  Rig nudged = read_rig(system.rig()).value();
+  Sensor& tracker = nudged.sensors[*nudged.find("tracker1")];
+  tracker.sensor_from_mount.translation.x() += 8;
+  TemporaryFolder home;
+  ASSERT_TRUE(write_rig(home.path(), nudged));
+  const ProgramRun moved = run_program(check + home.path().string() + "'");
+  EXPECT_EQ(moved.exit_code, 4) << moved.err << moved.out;
+  const json changed = json::parse(moved.out)["rig"]["changed"];
+  ASSERT_FALSE(changed.empty());
+  EXPECT_THAT(changed[0].dump(), HasSubstr("the place of tracker1"));
+}
+
+TEST(TrackedSystemVerbs, CalibrateGoesOnFromARig) {
+  const TrackedSystem& system = TrackedSystem::get();
+  TemporaryFolder home;
+  const ProgramRun run =
+      run_program("calibrate '" + system.capture() + "/capture.yaml' --nooverlays --json --start='" + system.rig() +
+                  "' --correct=tracker1,leds --out='" + (home / "rig").string() + "'");
+  ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
+  const Rig before = read_rig(system.rig()).value(), after = read_rig(home / "rig").value();
+  EXPECT_EQ(before.sensors[0].lens.parameters(), after.sensors[0].lens.parameters());
+  EXPECT_NE(before.sensors[*before.find("tracker1")].lens.parameters(),
+            after.sensors[*after.find("tracker1")].lens.parameters());
 }
 
 }  // namespace

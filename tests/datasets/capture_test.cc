@@ -201,6 +201,61 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"exclude: [{station: b", "exclude: [{station: z", "z, sensor", "there is no station `z`"},
         Mistake{", reason: a hand was in view", "", "{station: b", "`reason` is missing"}));
 
+constexpr const char* kMovedTrackers = R"(
+schema: crumple-capture/3
+title: Trackers moved once, a bar put down twice
+sensors:
+  cam0: {kind: camera, size_px: [640, 480], files: "{station}/{sensor}.png"}
+  track0: {kind: camera, mount: world, size_px: [640, 480], files: "{station}/{sensor}_{frame}.png", stations: [a, b]}
+  track0b: {kind: camera, mount: world, size_px: [640, 480], files: "{station}/{sensor}_{frame}.png", stations: [c], lens_of: track0}
+leds:
+  p: {word: "0110"}
+  e: {word: "0111", mount: world}
+  f: {word: "0001", mount: world}
+scale_bars:
+  bar: {leds: [e, f], length_mm: 1200.5, certificate: {length_sigma_mm: 0.01}, placing_sigma_mm: 0.002, places: [[a], [b, c]]}
+frames: [ambient]
+tracker_frames: [{leds: 8}]
+stations: [a, b, c]
+)";
+
+TEST(Capture, TakesMovedTrackersAndScaleBars) {
+  const auto capture = parse_capture(kMovedTrackers, "capture.yaml");
+  ASSERT_TRUE(capture) << capture.error().message;
+  EXPECT_EQ(capture->sensor("track0b")->lens_of, "track0");
+  EXPECT_TRUE(capture->took_images("track0", *capture->station("b")));
+  EXPECT_FALSE(capture->took_images("track0", *capture->station("c")));
+  EXPECT_TRUE(capture->took_images("track0b", *capture->station("c")));
+  ASSERT_EQ(capture->scale_bars.size(), 1u);
+  const CaptureBar& bar = capture->scale_bars[0];
+  EXPECT_EQ(bar.length_mm, 1200.5);
+  EXPECT_EQ(bar.certificate.pitch_sigma_mm, 0.01);
+  EXPECT_EQ(bar.places, (std::vector<std::vector<std::string>>{{"a"}, {"b", "c"}}));
+}
+
+class MovedTrackersMistake : public ::testing::TestWithParam<Mistake> {};
+
+TEST_P(MovedTrackersMistake, IsNamed) {
+  std::string text = kMovedTrackers;
+  const std::size_t at = text.find(GetParam().piece);
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, GetParam().piece.size(), GetParam().replacement);
+  EXPECT_THAT(error_of(text), HasSubstr(GetParam().sentence));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, MovedTrackersMistake,
+    ::testing::Values(
+        Mistake{"lens_of: track0}", "lens_of: cam0}", "", "fixed to the world that is listed before, not `cam0`"},
+        Mistake{"lens_of: track0}", "lens_of: track1}", "", "listed before, not `track1`"},
+        Mistake{"[640, 480], files: \"{station}/{sensor}_{frame}.png\", stations: [c]",
+                "[640, 400], files: \"{station}/{sensor}_{frame}.png\", stations: [c]", "", "another size_px"},
+        Mistake{"stations: [c]", "stations: [d]", "", "`track0b` names the station `d`"},
+        Mistake{"leds: [e, f]", "leds: [e, p]", "", "not an LED of `leds` with `mount: world`"},
+        Mistake{"leds: [e, f]", "leds: [e, e]", "", "two different LEDs"},
+        Mistake{"certificate: {length_sigma_mm: 0.01}, ", "", "", "`certificate` is missing"},
+        Mistake{"[[a], [b, c]]", "[[a], [a]]", "", "at two places at station `a`"}));
+
 TEST(Capture, RefusesTwoImagesOfOneName) {
   std::string text = with("{station}/{sensor}_{frame:03}", "{station}{frame}");
   text.replace(text.find("stations: [a"), 12, "stations: [a, a1");

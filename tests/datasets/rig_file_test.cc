@@ -40,6 +40,11 @@ Rig tracked_rig() {
   tracker.mount = Mount::world;
   tracker.sensor_from_mount = {rotation_from_vector({0, 0.3, 0.1}), {-800, 1.0 / 3, 7}};
   rig.sensors.push_back(tracker);
+  Sensor moved = tracker;
+  moved.name = "tracker0b";
+  moved.sensor_from_mount = {rotation_from_vector({0, -0.3, 0.1}), {800, 1.0 / 3, 7}};
+  moved.lens_of = rig.sensors.size() - 1;
+  rig.sensors.push_back(moved);
   rig.leds = {{"a", {10, -20.25, 1.0 / 7}, Mount::probe}, {"floor", {0, 0, 1e4}, Mount::world}};
   return rig;
 }
@@ -52,6 +57,7 @@ void expect_same(const Rig& a, const Rig& b) {
     EXPECT_EQ(x.name, y.name);
     EXPECT_EQ(x.kind, y.kind);
     EXPECT_EQ(x.mount, y.mount);
+    EXPECT_EQ(x.lens_of, y.lens_of);
     EXPECT_EQ(x.lens.model(), y.lens.model());
     EXPECT_EQ(x.lens.size(), y.lens.size());
     EXPECT_EQ(x.lens.parameters(), y.lens.parameters());

@@ -6,6 +6,7 @@
 
 #include "datasets/calibration_record.h"
 #include "datasets/cloud_file.h"
+#include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
 #include "datasets/scene_file.h"
 
@@ -47,6 +48,17 @@ TEST(PlacementsVersions, OneIsRead) {
   EXPECT_EQ(placements.placements.at(1).name, "board_02");
   EXPECT_EQ(placements.placements.at(1).world_from_board.translation.z(), 743.7271500499859);
   EXPECT_EQ((*record)->corners.size(), 1U);
+}
+
+TEST(PlacementsVersions, TwoIsRead) {
+  const auto text = read_file(kData / "rigs/version_2/placements.yaml");
+  ASSERT_TRUE(text) << text.error().message;
+  const auto placements = parse_placements(*text, "placements.yaml");
+  ASSERT_TRUE(placements) << placements.error().message;
+  EXPECT_EQ(placements->placements.at(1).name, "bench_b");
+  EXPECT_EQ(placements->placements.at(1).world_from_board.translation.z(), 2738.045867068248);
+  EXPECT_EQ(placements->stations.at(1).name, "cal_02");
+  EXPECT_EQ(placements->stations.at(0).world_from_probe.translation.x(), 58.5172817897305);
 }
 
 TEST(SceneVersions, OneIsRead) {

@@ -27,6 +27,8 @@ class Maker {
 
   MadeSystem make() {
     make_rig();
+    add_room();
+    if (options_.change) options_.change(made_.truth.rig);
     made_.truth.boards = {Board::grid(11, 8, 30), Board::grid(10, 7, 60)};
     made_.truth.boards[0].name = "board";
     made_.truth.boards[1].name = "tracker_board";
@@ -34,6 +36,9 @@ class Maker {
     for (int s = 0; s < options_.stations; ++s) visit(static_cast<std::size_t>(s % options_.placements), true);
     for (int s = 0; s < options_.wand_stations; ++s) visit(static_cast<std::size_t>(s % options_.placements), false);
     for (int p = 0; p < options_.tracker_placements; ++p) show_to_trackers();
+    for (std::size_t s = 0; s < made_.truth.rig.sensors.size(); ++s) {
+      if (made_.truth.rig.sensors[s].mount == Mount::world) see_leds(s, std::nullopt);
+    }
     made_.observations.placement_count = made_.truth.world_from_board.size();
     return std::move(made_);
   }
@@ -53,6 +58,49 @@ class Maker {
         {name, kind, *Lens::create("LENSMODEL_OPENCV5", size, std::move(parameters)), pose, mount});
   }
 
+  std::size_t first_tracker() const { return options_.projector ? 2 : 1; }
+
+  // Moved about the middle of the volume, upright.
+  void add_tracker(int t, double moved_rad) {
+    const Eigen::Vector3d position(t % 2 * options_.tracker_baseline_mm, -t / 2 * 0.7 * options_.tracker_baseline_mm,
+                                   0);
+    const Eigen::Quaterniond turn = rotation_from_vector({0, moved_rad, 0});
+    const Pose world_from_tracker = world_from_onlooker(middle() + turn * (position - middle()), middle(), 0);
+    const double f = options_.tracker_focal_px;
+    add_sensor("track" + std::to_string(t) + (moved_rad > 0 ? "b" : ""), SensorKind::camera, Mount::world,
+               options_.tracker_size,
+               {f + 3 * t, f - 2 * t, options_.tracker_size.width_px / 2.0 - 7,
+                options_.tracker_size.height_px / 2.0 + 5, -0.09, 0.07, 2e-4, -3e-4, 0},
+               t == 0 && moved_rad == 0 ? Pose{} : world_from_tracker.inverse());
+  }
+
+  void add_reference(const std::string& name, const Eigen::Vector3d& position_mm) {
+    made_.truth.rig.leds.push_back({name, position_mm, Mount::world});
+  }
+
+  // References about the middle of the volume; a bar at its places, turned.
+  void add_room() {
+    for (int l = 0; l < options_.room_leds; ++l) {
+      const double x = uniform(400), y = uniform(300), z = uniform(300);
+      add_reference("room" + std::to_string(l), middle() + Eigen::Vector3d(x, y, z));
+    }
+    for (int p = 0; options_.bar_mm > 0 && p < options_.bar_places; ++p) {
+      const double x = uniform(60), y = uniform(60), z = uniform(200);
+      const Eigen::Vector3d half = 0.5 * options_.bar_mm * (turned(25 * kDegree).rotation * Eigen::Vector3d::UnitX());
+      const Eigen::Vector3d centre = middle() + Eigen::Vector3d(x, y, z);
+      add_reference("bar" + std::to_string(p) + "a", centre - half);
+      add_reference("bar" + std::to_string(p) + "b", centre + half);
+    }
+  }
+
+  // Whether a tracker stands where it is used while the probe is at the station.
+  bool watches(std::size_t sensor, std::size_t station) const {
+    if (made_.truth.rig.sensors[sensor].mount != Mount::world) return false;
+    const auto half = static_cast<std::size_t>(options_.stations + options_.wand_stations) / 2;
+    const bool second = made_.truth.rig.sensors[sensor].lens_of.has_value();
+    return !options_.moved_trackers || second == (station >= half);
+  }
+
   void make_rig() {
     add_sensor("cam0", SensorKind::camera, Mount::probe, {1024, 768},
                {1402, 1401, 518, 378, -0.11, 0.09, 6e-4, -4e-4, -0.02}, {});
@@ -61,15 +109,10 @@ class Maker {
       add_sensor("proj0", SensorKind::projector, Mount::probe, {1024, 768},
                  {1497, 1498, 509, 450, -0.046, 0.031, -3e-4, 5e-4, 0}, probe_from_projector.inverse());
     }
-    for (int t = 0; t < options_.trackers; ++t) {
-      const Eigen::Vector3d position(t % 2 * options_.tracker_baseline_mm, -t / 2 * 0.7 * options_.tracker_baseline_mm,
-                                     0);
-      const Pose world_from_tracker = world_from_onlooker(position, middle(), 0);
-      const double f = options_.tracker_focal_px;
-      add_sensor("track" + std::to_string(t), SensorKind::camera, Mount::world, options_.tracker_size,
-                 {f + 3 * t, f - 2 * t, options_.tracker_size.width_px / 2.0 - 7,
-                  options_.tracker_size.height_px / 2.0 + 5, -0.09, 0.07, 2e-4, -3e-4, 0},
-                 t == 0 ? Pose{} : world_from_tracker.inverse());
+    for (int t = 0; t < options_.trackers; ++t) add_tracker(t, 0);
+    for (int t = 0; options_.moved_trackers && t < options_.trackers; ++t) {
+      add_tracker(t, 35 * kDegree);
+      made_.truth.rig.sensors.back().lens_of = first_tracker() + static_cast<std::size_t>(t);
     }
     for (int l = 0; l < options_.leds; ++l) {
       const double angle = 2 * std::numbers::pi * l / options_.leds + 0.3;
@@ -116,7 +159,7 @@ class Maker {
                                                        : world_from_onlooker(position, position + direction, 0));
     const std::size_t station = made_.truth.world_from_probe.size() - 1;
     for (std::size_t s = 0; s < made_.truth.rig.sensors.size(); ++s) {
-      if (made_.truth.rig.sensors[s].mount == Mount::world) see_leds(s, station);
+      if (watches(s, station)) see_leds(s, station);
     }
     if (!scan) return;
     see_board(0, placement, station);
@@ -127,7 +170,8 @@ class Maker {
     const double x = uniform(450), y = uniform(300), z = uniform(400);
     add_placement(middle() + Eigen::Vector3d(x, y, z), 1, 30 * kDegree);
     for (std::size_t s = 0; s < made_.truth.rig.sensors.size(); ++s) {
-      if (made_.truth.rig.sensors[s].mount != Mount::world) continue;
+      const Sensor& sensor = made_.truth.rig.sensors[s];
+      if (sensor.mount != Mount::world || sensor.lens_of) continue;
       see_board(s, made_.truth.world_from_board.size() - 1, std::nullopt);
     }
   }
@@ -137,12 +181,15 @@ class Maker {
            pixel.y() <= lens.size().height_px - 1;
   }
 
-  void see_leds(std::size_t sensor, std::size_t station) {
+  // The probe's at a station, or the room's.
+  void see_leds(std::size_t sensor, std::optional<std::size_t> station) {
     const Lens& lens = made_.truth.rig.sensors[sensor].lens;
-    const Pose sensor_from_probe = sensor_from_leds(made_.truth, sensor, station).pose;
+    const Pose sensor_from_carrier = sensor_from_leds(made_.truth, sensor, station).pose;
     LedView view{sensor, {}, {}, station};
     for (std::size_t l = 0; l < made_.truth.rig.leds.size(); ++l) {
-      const auto pixel = lens.project(sensor_from_probe * made_.truth.rig.leds[l].position_mm);
+      const Led& led = made_.truth.rig.leds[l];
+      if ((led.mount == Mount::probe) != station.has_value()) continue;
+      const auto pixel = lens.project(sensor_from_carrier * led.position_mm);
       if (!pixel || !inside(lens, *pixel)) continue;
       view.leds.push_back(l);
       view.pixels.push_back(*pixel + noise2(options_.led_sigma_px));
@@ -210,7 +257,7 @@ CalibrationState disturbed_system(const CalibrationState& truth, unsigned seed) 
     Sensor& sensor = state.rig.sensors[s];
     std::vector<double> parameters = sensor.lens.parameters();
     for (std::size_t i = 0; i < 4; ++i) parameters[i] += 5 * uniform(random);
-    sensor.lens = sensor.lens.with_parameters(parameters);
+    sensor.lens = sensor.lens_of ? state.rig.sensors[*sensor.lens_of].lens : sensor.lens.with_parameters(parameters);
     const bool reference = sensor.mount == Mount::world ? first_in_world : s == 0;
     if (sensor.mount == Mount::world) first_in_world = false;
     if (!reference) disturb(sensor.sensor_from_mount);

@@ -23,12 +23,19 @@ struct MadeSystemOptions {
   int placements = 1;           // of the probe's board
   int wand_stations = 0;        // LEDs only
   int tracker_placements = 15;  // of the trackers' board
-  double turn_deg = 30;         // of the probe about each axis, at most; 0: it is only shifted
-  bool one_axis = false;        // turned about the upright axis alone
+  int room_leds = 0;            // references fixed to the world, seen by all trackers
+  double bar_mm = 0;            // a scale bar's length, if there is one: two more references at every place
+  int bar_places = 1;
+  // Trackers are moved after half of the stations: "track0b", ... share the lenses of "track0", ... and see the second
+  // half and the references, but no boards.
+  bool moved_trackers = false;
+  double turn_deg = 30;   // of the probe about each axis, at most; 0: it is only shifted
+  bool one_axis = false;  // turned about the upright axis alone
   double led_sigma_px = 0.05;
   double corner_sigma_px = 0.1;
   double stripe_sigma_px = 0.1;
   unsigned seed = 1;
+  void (*change)(Rig&) = nullptr;  // of the true rig, before anything is seen
 };
 
 struct MadeSystem {

@@ -1,4 +1,5 @@
 // The joint refinement of trackers, LEDs, probe and boards.
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -81,7 +82,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Parts{"Whole", {}}, Parts{"ManyPlacements", {.stations = 24, .placements = 12}},
                     Parts{"OneTracker", {.trackers = 1, .stations = 15}},
                     Parts{"FourTrackersAndAWand", {.trackers = 4, .leds = 8, .stations = 12, .wand_stations = 20}},
-                    Parts{"NoProjector", {.projector = false}}),
+                    Parts{"NoProjector", {.projector = false}}, Parts{"RoomReferences", {.room_leds = 6}},
+                    Parts{"MovedTrackers", {.room_leds = 6, .moved_trackers = true}}),
     [](const auto& of_case) { return of_case.param.name; });
 
 // A board that is somewhere else at every station, and that no tracker sees, ties the LEDs to no camera.
@@ -115,6 +117,84 @@ TEST(TrackedBundleNoise, TheSameBitsAtAnyThreadCount) {
   for (std::size_t l = 0; l < made.truth.rig.leds.size(); ++l) {
     EXPECT_EQ(one->state.rig.leds[l].position_mm, three->state.rig.leds[l].position_mm);
   }
+}
+
+// The placings of one bar share the certificate's error.
+Prior scale_bar(const MadeSystem& made, double length_mm, double certificate_mm, double placing_mm) {
+  std::vector<LedDistance> places;
+  for (std::size_t l = 0; l < made.truth.rig.leds.size(); ++l) {
+    if (made.truth.rig.leds[l].name.ends_with("a")) places.push_back({l, l + 1, length_mm});
+  }
+  const auto count = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Constant(count, count, certificate_mm * certificate_mm);
+  covariance.diagonal().array() += placing_mm * placing_mm;
+  return Prior::of_distances("bar", std::move(places), covariance).value();
+}
+
+TEST(ScaleBar, JacobianMatchesCentralDifferences) {
+  const MadeSystem made = make_system({.stations = 2, .bar_mm = 900, .bar_places = 3});
+  const Prior bar = scale_bar(made, 899, 0.02, 0.01);
+  ASSERT_EQ(bar.blocks().size(), 6u);
+  const WhitenedPrior at = bar.evaluate(made.truth);
+  for (std::size_t b = 0; b < bar.blocks().size(); ++b) {
+    const auto residuals = [&](const Eigen::VectorXd& step) {
+      CalibrationState there = made.truth;
+      move_block(bar.blocks()[b], step, there);
+      return bar.evaluate(there).residuals;
+    };
+    const Eigen::MatrixXd numeric = central_differences(residuals, Eigen::VectorXd::Zero(3));
+    EXPECT_LT((numeric - at.jacobians[b]).cwiseAbs().maxCoeff(), 1e-6 * at.jacobians[b].cwiseAbs().maxCoeff()) << b;
+  }
+}
+
+TEST(ScaleBar, RefusesOneLedTwice) {
+  EXPECT_FALSE(Prior::of_distances("bar", {{1, 1, 100}}, Eigen::MatrixXd::Ones(1, 1)));
+  EXPECT_FALSE(Prior::of_distances("bar", {{1, 2, 100}, {3, 4, 100}}, Eigen::MatrixXd::Ones(2, 2)));
+}
+
+// Boards of which nothing is known beforehand: with their scale a parameter, the bar tells the size of everything, and
+// no better than its certificate however often it is put down.
+TEST(ScaleBar, TellsTheScaleThatBoardsDoNotKnow) {
+  const MadeSystem made = make_system({.stations = 16, .bar_mm = 1100, .bar_places = 4});
+  CalibrationState start = made.truth;
+  std::vector<PriorTerm> scales;
+  for (std::size_t b = 0; b < start.boards.size(); ++b) {
+    start.boards[b].scale = 0.996;
+    scales.push_back({{BlockId::Kind::scale, b}, 0});
+  }
+  const Prior weak = Prior::create("scale.weak", scales, start, 0.0025 * Eigen::Matrix2d::Identity()).value().as_weak();
+  std::vector<Eigen::Vector2d> variances;
+  for (const double relative : {1e-4, 1e-3}) {
+    const auto result =
+        refine(start, made.observations, {.priors = {scale_bar(made, 1100, 1100 * relative, 1e-3), weak}});
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_TRUE(result->undetermined.empty());
+    variances.emplace_back();
+    for (std::size_t b = 0; b < start.boards.size(); ++b) {
+      const double variance = result->covariance.of({{BlockId::Kind::scale, b}}, result->state)(0, 0);
+      EXPECT_LT(std::abs(result->state.boards[b].scale - 1), 3 * std::sqrt(variance));
+      variances.back()[static_cast<Eigen::Index>(b)] = variance;
+    }
+  }
+  // What the larger certificate adds to both boards alike.
+  const Eigen::Vector2d added = variances[1] - variances[0];
+  EXPECT_NEAR(added[0], 1e-6 - 1e-8, 2e-8);
+  EXPECT_NEAR(added[1], 1e-6 - 1e-8, 2e-8);
+}
+
+// Lenses that two set-ups share are the same to the last bit, and better known than either alone would tell.
+TEST(MovedTrackers, ShareTheirLenses) {
+  const MadeSystem made = make_system({.stations = 16, .room_leds = 6, .moved_trackers = true});
+  const auto result = refine(disturbed_system(made.truth, 5), made.observations, {});
+  ASSERT_TRUE(result) << result.error().message;
+  for (const Sensor& sensor : result->state.rig.sensors) {
+    if (!sensor.lens_of) continue;
+    EXPECT_EQ(sensor.lens.parameters(), result->state.rig.sensors[*sensor.lens_of].lens.parameters());
+  }
+  const auto& names = result->covariance.names();
+  EXPECT_EQ(std::count(names.begin(), names.end(), "track0.fx"), 1);
+  EXPECT_EQ(std::count(names.begin(), names.end(), "track0b.fx"), 0);
+  EXPECT_EQ(std::count(names.begin(), names.end(), "track0b.translation_x"), 1);
 }
 
 // Over independent campaigns the squared error of the LEDs and of a tracker's mount, whitened by its predicted

@@ -10,6 +10,7 @@
 #include "tests/tracking/made_spots.h"
 #include "tests/tracking/made_station.h"
 #include "tracking/constellation.h"
+#include "tracking/stillness.h"
 
 namespace crumple {
 namespace {
@@ -145,6 +146,33 @@ TEST(Constellation, FromImagesToAPoseThatPicksTheLedFromItsReflection) {
                                    r.reason.find("led0") != std::string::npos;
                           }),
             2);
+}
+
+// Words of 18 frames read twice; in between one tracker is pushed by a tenth of a pixel, or nothing happens.
+TEST(Identify, RepetitionsTellWhatMovedBetweenThem) {
+  const BlinkCode code = BlinkCode::generate(6, 18).value();
+  std::mt19937 random(5);
+  std::vector<MadeLight> lights;
+  for (std::size_t led = 0; led < 6; ++led) lights.push_back({{100.0 + 50 * double(led), 300.4}, led});
+  for (const double push_px : {0.0, 0.1}) {
+    int moved = 0;
+    for (int trial = 0; trial < 50; ++trial) {
+      Frames frames = made_frames(code, lights, 3, 36, random);
+      for (std::size_t k = 18; k < 36; ++k) {
+        for (Spot& spot : *frames[k]) spot.pixel.x() += push_px;
+      }
+      const auto found = identify_leds(code, frames, {.lasting_sigma_px = 1e-6});
+      ASSERT_TRUE(found) << found.error().message;
+      ASSERT_EQ(found->leds.size(), 6u);
+      const auto times = readings_over_time({{0, *found}}, {0, 1, 2, 3, 4, 5});
+      ASSERT_EQ(times.size(), 2u);
+      const Stillness result = stillness(times);
+      EXPECT_EQ(result.degrees, 12);
+      moved += !result.still;
+    }
+    EXPECT_LE(moved, push_px > 0 ? 50 : 1);
+    EXPECT_GE(moved, push_px > 0 ? 50 : 0);
+  }
 }
 
 }  // namespace

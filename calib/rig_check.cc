@@ -1,0 +1,186 @@
+#include "calib/rig_check.h"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "calib/correlation.h"
+#include "calib/rig_prior.h"
+#include "calib/rig_truth.h"
+#include "calib/start_from_rig.h"
+#include "solvers/chi_square.h"
+#include "solvers/parameters.h"
+
+namespace crumple {
+namespace {
+
+constexpr double kFalseAlarm = 1e-3;  // over all parts together
+constexpr double kPerDegree = 3;
+constexpr double kAsGood = 9;  // of the sum of squares: 3 sigma
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+struct Refined {
+  BundleResult bundle;
+  double square_sum = 0;
+};
+
+// A part with more parameters has to explain more: a lens can stand in for a turned mount.
+double score(const PartCheck& part) { return part.gain - kPerDegree * part.degrees; }
+
+class Checker {
+ public:
+  Checker(const CalibrationData& data, const EarlierRig& earlier, CalibrationState start, int threads)
+      : data_(data), earlier_(earlier), start_(std::move(start)) {
+    options_.reject_outliers = false;
+    options_.known_sigma_px = earlier.rig.sigma_px;
+    options_.threads = threads;
+  }
+
+  // Everything unchanged. Settles how many correlated observations count as one.
+  Expected<Refined> refine_unchanged() {
+    auto independent = refine_without({});
+    if (!independent) return independent;
+    const Inflation counted = inflation(data_.observations, independent->bundle, options_.threads);
+    options_.corner_inflation = counted.corners;
+    options_.stripe_inflation = counted.stripes;
+    return refine_without({});
+  }
+
+  // With some blocks unknown beforehand.
+  Expected<Refined> refine_without(const std::set<BlockId>& changed) {
+    const auto known = rig_prior(earlier_.rig, start_, data_.observations, changed);
+    if (!known) return tl::unexpected(known.error());
+    BundleOptions options = options_;
+    options.priors = {known->prior};
+    options.held = known->held;
+    options.freed = known->freed;
+    options.freed.insert(changed.begin(), changed.end());
+    for (const BlockId& block : changed) options.held.erase(block);
+    auto bundle = refine(start_, data_.observations, options);
+    if (!bundle) return tl::unexpected(bundle.error());
+    const double sum = known->prior.evaluate(bundle->state).residuals.squaredNorm() + square_sum(*bundle);
+    return Refined{std::move(*bundle), sum};
+  }
+
+  double redundancy(const Refined& unchanged) const {
+    double sum = 0;
+    for (const GroupSummary& group : unchanged.bundle.groups) sum += group.redundancy;
+    return sum;
+  }
+
+  // What the observations touch and the rig knows: mounts, lenses, LEDs.
+  std::vector<PartCheck> parts(const Refined& unchanged) const {
+    std::set<BlockId> touched;
+    for (const auto& view : make_views(data_.observations, start_.board_of)) {
+      touched.insert(view->blocks().begin(), view->blocks().end());
+    }
+    std::vector<PartCheck> parts;
+    for (const BlockId& block : touched) {
+      std::string name = name_of_part(block);
+      if (name.empty()) continue;
+      PartCheck part;
+      part.block = block;
+      part.name = std::move(name);
+      part.degrees = tangent_size(block, unchanged.bundle.state);
+      parts.push_back(std::move(part));
+    }
+    return parts;
+  }
+
+  void describe(const Refined& freed, PartCheck& part) const {
+    part.change = block_step(part.block, start_, freed.bundle.state);
+    if (part.block.kind == BlockId::Kind::mount) {
+      part.how_far = fmt::format("{:.3g} mm and {:.3g} deg", part.change.tail<3>().norm(),
+                                 part.change.head<3>().norm() * kDegrees);
+    } else if (part.block.kind == BlockId::Kind::led) {
+      part.how_far = fmt::format("{:.3g} mm", part.change.norm());
+    } else {
+      const auto pixels = lens_error_px(freed.bundle.state.rig.sensors[part.block.index].lens,
+                                        start_.rig.sensors[part.block.index].lens);
+      part.how_far = pixels ? fmt::format("{:.3g} px, RMS over the image", *pixels) : "beyond comparison";
+    }
+  }
+
+ private:
+  double square_sum(const BundleResult& bundle) const {
+    double sum = 0;
+    for (const ViewSummary& view : bundle.views) {
+      const auto group = std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& g) {
+        return g.sensor == view.sensor && g.kind == view.kind;
+      });
+      const double counted = view.kind == View::Kind::corners   ? options_.corner_inflation
+                             : view.kind == View::Kind::stripes ? options_.stripe_inflation
+                                                                : 1;
+      sum += view.residuals_px.squaredNorm() / (group->sigma_px * group->sigma_px * counted);
+    }
+    return sum;
+  }
+
+  std::string name_of_part(const BlockId& block) const {
+    if (block.kind == BlockId::Kind::led) {
+      const Led& led = start_.rig.leds[block.index];
+      const bool known = std::any_of(earlier_.rig.leds.begin(), earlier_.rig.leds.end(),
+                                     [&](const Led& l) { return l.name == led.name; });
+      return known ? fmt::format("LED {}", led.name) : "";
+    }
+    if (block.kind != BlockId::Kind::mount && block.kind != BlockId::Kind::lens) return "";
+    const Sensor& sensor = start_.rig.sensors[block.index];
+    if (!earlier_.rig.find(sensor.name)) return "";
+    if (block.kind == BlockId::Kind::lens) {
+      return sensor.lens_of ? "" : fmt::format("the lens of {}", sensor.name);
+    }
+    // A mount alone on its carrier is the frame itself.
+    const auto on_mount = std::count_if(start_.rig.sensors.begin(), start_.rig.sensors.end(),
+                                        [&](const Sensor& s) { return s.mount == sensor.mount; });
+    return on_mount > 1 ? fmt::format("the place of {}", sensor.name) : "";
+  }
+
+  const CalibrationData& data_;
+  const EarlierRig& earlier_;
+  CalibrationState start_;
+  BundleOptions options_;
+};
+
+}  // namespace
+
+Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earlier, int threads) {
+  auto start = start_from_rig(data, earlier.rig, earlier.board_scales);
+  if (!start) return tl::unexpected(start.error());
+  Checker checker(data, earlier, std::move(*start), threads);
+  auto current = checker.refine_unchanged();
+  if (!current) return tl::unexpected(current.error());
+  RigCheck check{current->square_sum, checker.redundancy(*current), checker.parts(*current), {}};
+  std::set<BlockId> changed;
+  for (;;) {
+    std::size_t worst = 0;
+    std::optional<Refined> best;
+    for (std::size_t p = 0; p < check.parts.size(); ++p) {
+      PartCheck& part = check.parts[p];
+      if (changed.contains(part.block)) continue;
+      std::set<BlockId> freed = changed;
+      freed.insert(part.block);
+      auto refined = checker.refine_without(freed);
+      if (!refined) continue;  // the observations do not determine it: nothing is tested then
+      part.gain = std::max(0.0, current->square_sum - refined->square_sum);
+      part.probability = chi_square_tail(part.gain, part.degrees);
+      checker.describe(*refined, part);
+      if (part.probability > kFalseAlarm / static_cast<double>(check.parts.size())) continue;
+      if (best && score(check.parts[worst]) >= score(part)) continue;
+      worst = p;
+      best = std::move(*refined);
+    }
+    if (!best) return check;
+    PartChange found{worst};
+    for (std::size_t p = 0; p < check.parts.size(); ++p) {
+      const bool tested = p != worst && !changed.contains(check.parts[p].block);
+      if (tested && score(check.parts[p]) > score(check.parts[worst]) - kAsGood) found.or_else.push_back(p);
+    }
+    changed.insert(check.parts[worst].block);
+    check.changed.push_back(std::move(found));
+    current = std::move(*best);
+  }
+}
+
+}  // namespace crumple

@@ -1,0 +1,50 @@
+// Is a rig still valid? New observations held against an earlier calibration, in the time of a coffee: a few stations
+// or board placements suffice, since nothing is calibrated anew.
+//
+// Everything is refined under the rig's covariance as prior (calib/rig_prior.h) with the noise the rig knows, no
+// observation left out. Then each part that can change by itself (a sensor's mount, its lens, an LED) is freed in turn:
+// its prior is taken away and all refined again. What that takes off the sum of squares is chi-square distributed, as
+// many degrees of freedom as the part has, where the part is unchanged (Baarda's test of one alternative at a time). A
+// part is changed where that is less likely than 1 in 1000 over all parts together; of those, the one with the largest
+// gain, less 3 for each degree of freedom, is tested with the others against it freed, until the rest is unchanged.
+//
+// A change of the sensor whose frame is the probe's or the world's shows as a change of all others alike; it is freed
+// likewise, and named where that explains the observations best. What observations do not touch is not tested.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/calibrate.h"
+
+namespace crumple {
+
+struct PartCheck {
+  BlockId block;
+  std::string name;  // "tracker track1's place", "the lens of cam0", "LED b"
+  double gain = 0;   // of the sum of squares, chi-square distributed where nothing changed
+  int degrees = 0;
+  double probability = 1;  // of such a gain or a larger one
+  Eigen::VectorXd change;  // in the block's tangent, from the earlier rig to now
+  std::string how_far;     // "2.31 mm and 0.040 deg", in words
+};
+
+// A part that changed, or one of the others that would explain the observations as well: two trackers alone cannot tell
+// which of them was moved.
+struct PartChange {
+  std::size_t part = 0;  // of RigCheck::parts
+  std::vector<std::size_t> or_else = {};
+};
+
+struct RigCheck {
+  double square_sum = 0;            // of residuals over their sigmas and of the prior, everything unchanged
+  double redundancy = 0;            // of the observations against the rig
+  std::vector<PartCheck> parts;     // every one that was tested, in the order of the rig
+  std::vector<PartChange> changed;  // the most obvious first
+  bool valid() const { return changed.empty(); }
+};
+
+// Fails where the start from the rig does (calib/start_from_rig.h).
+Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earlier, int threads);
+
+}  // namespace crumple

@@ -1,0 +1,179 @@
+#include "cli/led_input.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cli/progress.h"
+#include "datasets/led_images.h"
+#include "solvers/parallel.h"
+
+namespace crumple {
+namespace {
+
+// One tracker at one station.
+struct LightSight {
+  std::size_t sensor = 0;
+  const Station* station = nullptr;
+  Expected<Identification> lights = Identification{};
+};
+
+// The room's LEDs by their places: an end of a scale bar is another LED at every place the bar is put down at.
+class RoomLeds {
+ public:
+  // Adds to the LEDs of the data, which are the capture's so far, and the bars between them.
+  RoomLeds(const Capture& capture, CalibrationData& data) : capture_(capture) {
+    for (const CaptureBar& bar : capture.scale_bars) {
+      ScaleBar placed{bar.name, {}, bar.length_mm, bar.certificate, bar.placing_sigma_mm};
+      const std::size_t count = std::max<std::size_t>(1, bar.places.size());
+      for (std::size_t place = 0; place < count; ++place) {
+        placed.places.emplace_back(add(bar, 0, place, data), add(bar, 1, place, data));
+      }
+      data.bars.push_back(std::move(placed));
+    }
+  }
+
+  // The LED's number in the data while the probe is at the station; none of an end whose bar lies nowhere then.
+  std::optional<std::size_t> at(std::size_t led, const std::string& station) const {
+    const auto found = places_.find(led);
+    if (found == places_.end()) return led;
+    for (const Place& place : found->second) {
+      const bool there = place.stations == nullptr ||
+                         std::find(place.stations->begin(), place.stations->end(), station) != place.stations->end();
+      if (there) return place.led;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  struct Place {
+    std::size_t led = 0;
+    const std::vector<std::string>* stations = nullptr;  // none: all
+  };
+
+  std::size_t add(const CaptureBar& bar, std::size_t end, std::size_t place, CalibrationData& data) {
+    std::size_t led = 0;
+    while (capture_.leds[led].name != bar.leds[end]) ++led;
+    std::size_t placed = led;
+    if (place > 0) {
+      placed = data.leds.size();
+      data.leds.push_back({fmt::format("{}-{}", bar.leds[end], place + 1), Eigen::Vector3d::Zero(), Mount::world});
+    }
+    places_[led].push_back({placed, bar.places.empty() ? nullptr : &bar.places[place]});
+    return placed;
+  }
+
+  const Capture& capture_;
+  std::map<std::size_t, std::vector<Place>> places_;
+};
+
+// The LEDs that are told for sure, as observations of the station; the room's by themselves.
+void add_leds(const Capture& capture, const RoomLeds& room, const LightSight& sight, CalibrationInput& input) {
+  const std::string& tracker = input.data.sensors[sight.sensor].name;
+  LedView on_probe{sight.sensor, {}, {}, {}}, in_room{sight.sensor, {}, {}, {}};
+  for (const IdentifiedLight& light : sight.lights->leds) {
+    const bool is_room = capture.leds[light.led].mount == Mount::world;
+    const auto led = is_room ? room.at(light.led, sight.station->id) : light.led;
+    if (!led) continue;
+    LedView& view = is_room ? in_room : on_probe;
+    view.leds.push_back(*led);
+    view.pixels.push_back(light.light.pixel);
+  }
+  for (std::size_t i = 0; i < sight.lights->candidates.size(); ++i) {
+    const std::size_t led = sight.lights->candidates[i].led;
+    if (i > 0 && sight.lights->candidates[i - 1].led == led) continue;
+    input.skipped.push_back(
+        {sight.station->id, tracker,
+         fmt::format("LED {} blinks at several places: a reflection, which only a calibrated rig tells",
+                     capture.leds[led].name),
+         false});
+  }
+  if (!on_probe.leds.empty()) {
+    on_probe.station = station_number(sight.station->id, input.data);
+    input.data.observations.leds.push_back(std::move(on_probe));
+  }
+  if (!in_room.leds.empty()) input.data.observations.leds.push_back(std::move(in_room));
+}
+
+// References that only one camera sees: nothing tells their places.
+void leave_out_lone_references(CalibrationInput& input) {
+  std::map<std::size_t, std::set<std::size_t>> seen_by;
+  for (const LedView& view : input.data.observations.leds) {
+    if (view.station) continue;
+    for (const std::size_t led : view.leds) seen_by[led].insert(view.sensor);
+  }
+  for (LedView& view : input.data.observations.leds) {
+    if (view.station) continue;
+    LedView kept{view.sensor, {}, {}, {}};
+    for (std::size_t i = 0; i < view.leds.size(); ++i) {
+      if (seen_by[view.leds[i]].size() < 2) continue;
+      kept.leds.push_back(view.leds[i]);
+      kept.pixels.push_back(view.pixels[i]);
+    }
+    view = std::move(kept);
+  }
+  std::erase_if(input.data.observations.leds, [](const LedView& view) { return view.leds.empty(); });
+  for (const auto& [led, sensors] : seen_by) {
+    if (sensors.size() > 1) continue;
+    input.skipped.push_back({"room", input.data.sensors[*sensors.begin()].name,
+                             fmt::format("no other camera sees LED {}", input.data.leds[led].name), false});
+  }
+}
+
+Expected<void> check_bars_are_seen(const CalibrationData& data) {
+  std::set<std::size_t> seen;
+  for (const LedView& view : data.observations.leds) {
+    if (!view.station) seen.insert(view.leds.begin(), view.leds.end());
+  }
+  for (const ScaleBar& bar : data.bars) {
+    for (const auto& [from, to] : bar.places) {
+      if (seen.contains(from) && seen.contains(to)) continue;
+      return fail(fmt::format("scale bar {}: two cameras must see its LED {}: leave out that place, or the bar",
+                              bar.name, data.leds[seen.contains(from) ? to : from].name));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::size_t station_number(const std::string& id, CalibrationData& data) {
+  const auto known = std::find(data.station_names.begin(), data.station_names.end(), id);
+  const auto number = static_cast<std::size_t>(known - data.station_names.begin());
+  if (known == data.station_names.end()) data.station_names.push_back(id);
+  return number;
+}
+
+Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& input) {
+  if (capture.leds.empty()) return {};
+  const auto code = blink_code_of(capture);
+  if (!code) return tl::unexpected(code.error());
+  for (const CaptureLed& led : capture.leds) input.data.leds.push_back({led.name, {0, 0, 0}, led.mount});
+  const RoomLeds room(capture, input.data);
+  std::vector<LightSight> sights;
+  for (const Station& station : capture.stations) {
+    for (std::size_t s = 0; s < input.data.sensors.size(); ++s) {
+      const SensorSpec& sensor = input.data.sensors[s];
+      const bool watches = sensor.mount == Mount::world && capture.took_images(sensor.name, station) &&
+                           capture.find_frame(FrameContent::Kind::leds, sensor.name);
+      if (watches && !capture.exclusion(station.id, sensor.name)) sights.push_back({s, &station});
+    }
+  }
+  Progress progress("reading LEDs", sights.size());
+  parallel_for(sights.size(), threads, [&](std::size_t i) {
+    sights[i].lights = read_lights(capture, *code, input.data.sensors[sights[i].sensor].name, sights[i].station->id);
+    progress.advance();
+  });
+  for (const LightSight& sight : sights) {
+    if (!sight.lights) return tl::unexpected(sight.lights.error());
+    add_leds(capture, room, sight, input);
+  }
+  leave_out_lone_references(input);
+  return check_bars_are_seen(input.data);
+}
+
+}  // namespace crumple

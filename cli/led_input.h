@@ -1,0 +1,17 @@
+// What cameras fixed to the world see of LEDs, as a calibration takes it.
+#pragma once
+
+#include <string>
+
+#include "cli/calibration_input.h"
+
+namespace crumple {
+
+// Its number among the stations of a probe that is moved about; it becomes one of them.
+std::size_t station_number(const std::string& id, CalibrationData& data);
+
+// Adds LEDs, scale bars and what is seen of them. LEDs seen at several places at once, and references that only one
+// camera sees, are left out by name. Fails on images that cannot be read, and on scale bars that are not seen.
+Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& input);
+
+}  // namespace crumple

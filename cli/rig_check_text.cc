@@ -1,0 +1,47 @@
+#include "cli/rig_check_text.h"
+
+#include <fmt/format.h>
+
+namespace crumple {
+
+std::string rig_check_text(const RigCheck& check) {
+  std::string text =
+      fmt::format("rig: {}, {} parts tested; chi-square {:.0f} of {:.0f} with all of them unchanged\n",
+                  check.valid() ? "valid" : "changed", check.parts.size(), check.square_sum, check.redundancy);
+  for (const PartChange& change : check.changed) {
+    const PartCheck& part = check.parts[change.part];
+    text +=
+        fmt::format("  {} changed by {} (chi-square {:.1f} of {})\n", part.name, part.how_far, part.gain, part.degrees);
+    for (const std::size_t other : change.or_else) {
+      text += fmt::format("    or else {} by {}: these observations do not tell which\n", check.parts[other].name,
+                          check.parts[other].how_far);
+    }
+  }
+  return text;
+}
+
+nlohmann::json rig_check_json(const RigCheck& check) {
+  const auto part_json = [&](std::size_t index) {
+    const PartCheck& part = check.parts[index];
+    return nlohmann::json{{"part", part.name},
+                          {"chi_square", part.gain},
+                          {"degrees", part.degrees},
+                          {"probability", part.probability},
+                          {"how_far", part.how_far}};
+  };
+  nlohmann::json document{{"valid", check.valid()},
+                          {"chi_square", check.square_sum},
+                          {"redundancy", check.redundancy},
+                          {"parts", nlohmann::json::array()},
+                          {"changed", nlohmann::json::array()}};
+  for (std::size_t p = 0; p < check.parts.size(); ++p) document["parts"].push_back(part_json(p));
+  for (const PartChange& change : check.changed) {
+    nlohmann::json entry = part_json(change.part);
+    entry["or_else"] = nlohmann::json::array();
+    for (const std::size_t other : change.or_else) entry["or_else"].push_back(check.parts[other].name);
+    document["changed"].push_back(entry);
+  }
+  return document;
+}
+
+}  // namespace crumple

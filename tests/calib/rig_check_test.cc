@@ -1,0 +1,218 @@
+// Earlier rigs: as the start and prior of a calibration, and held against new observations.
+#include "calib/rig_check.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/verdict.h"
+#include "tests/calib/made_system_data.h"
+
+namespace crumple {
+namespace {
+
+using testing::HasSubstr;
+
+const CalibrationOptions kFlatBoards{.warp = WarpChoice::off};
+constexpr MadeSystemOptions kCampaign{.trackers = 3, .projector = false, .stations = 20};
+
+// A rig of the made campaigns as it was calibrated once.
+const Calibration& earlier() {
+  static const Calibration calibration = calibrate(data_of(make_system(kCampaign)), kFlatBoards).value();
+  return calibration;
+}
+
+EarlierRig earlier_rig() { return {.rig = calibrated_rig(earlier())}; }
+
+// A few stations before the same rig, which may have changed since.
+CalibrationData interim(unsigned seed, void (*change)(Rig&)) {
+  MadeSystemOptions options = kCampaign;
+  options.stations = 5;
+  options.tracker_placements = 1;
+  options.seed = seed;
+  options.change = change;
+  return data_of(make_system(options));
+}
+
+TEST(StartFromRig, ContinuesWithTheRigsKnowledge) {
+  MadeSystemOptions few = kCampaign;
+  few.stations = 6;
+  few.tracker_placements = 2;
+  few.seed = 2;
+  const MadeSystem made = make_system(few);
+  CalibrationOptions options = kFlatBoards;
+  options.earlier = earlier_rig();
+  const auto continued = calibrate(data_of(made), options);
+  ASSERT_TRUE(continued) << continued.error().message;
+  // Better known than before, and still true.
+  const Rig now = calibrated_rig(*continued);
+  for (std::size_t i = 0; i < now.covariance.names.size(); ++i) {
+    const auto& names = options.earlier->rig.covariance.names;
+    const auto row = std::find(names.begin(), names.end(), now.covariance.names[i]) - names.begin();
+    if (row == static_cast<std::ptrdiff_t>(names.size())) continue;
+    EXPECT_LE(now.covariance.matrix(i, i), options.earlier->rig.covariance.matrix(row, row) * (1 + 1e-9))
+        << now.covariance.names[i];
+  }
+  for (std::size_t l = 0; l < now.leds.size(); ++l) {
+    EXPECT_LT((now.leds[l].position_mm - made.truth.rig.leds[l].position_mm).norm(), 1) << l;
+  }
+}
+
+// Cameras first, then the rest with the first result as a prior: the same as all at once, as far as sigmas that are
+// estimated from the parts allow.
+TEST(StartFromRig, TwoStepsGiveWhatOneGives) {
+  const MadeSystem made = make_system(kCampaign);
+  CalibrationData first = data_of(made), second = data_of(made);
+  const auto late = [](const auto& view) { return view.station && *view.station >= 10; };
+  std::erase_if(first.observations.corners,
+                [&](const CornerView& v) { return late(v) || (!v.station && v.placement % 2); });
+  std::erase_if(first.observations.leds, late);
+  std::erase_if(second.observations.corners,
+                [&](const CornerView& v) { return v.station ? !late(v) : v.placement % 2 == 0; });
+  std::erase_if(second.observations.leds, [&](const LedView& v) { return !late(v); });
+  for (CalibrationData* part : {&first, &second}) {
+    // Placements and stations that a part does not see would be asked for.
+    CalibrationData kept = *part;
+    kept.observations.corners.clear();
+    kept.observations.leds.clear();
+    kept.placement_names.clear();
+    kept.board_of.clear();
+    kept.station_names.clear();
+    std::map<std::size_t, std::size_t> placement, station;
+    const auto number = [](std::size_t old, std::map<std::size_t, std::size_t>& numbers) {
+      return numbers.emplace(old, numbers.size()).first->second;
+    };
+    for (CornerView view : part->observations.corners) {
+      const std::size_t old = view.placement;
+      view.placement = number(old, placement);
+      if (view.placement == kept.placement_names.size()) {
+        kept.placement_names.push_back(part->placement_names[old]);
+        kept.board_of.push_back(part->board_of[old]);
+      }
+      if (view.station) {
+        const std::size_t at = *view.station;
+        view.station = number(at, station);
+        if (*view.station == kept.station_names.size()) kept.station_names.push_back(part->station_names[at]);
+      }
+      kept.observations.corners.push_back(std::move(view));
+    }
+    for (LedView view : part->observations.leds) {
+      if (!station.contains(*view.station)) continue;
+      view.station = station.at(*view.station);
+      kept.observations.leds.push_back(std::move(view));
+    }
+    kept.observations.placement_count = kept.placement_names.size();
+    *part = std::move(kept);
+  }
+  const auto once = calibrate(data_of(made), kFlatBoards);
+  const auto step = calibrate(first, kFlatBoards);
+  ASSERT_TRUE(once && step);
+  CalibrationOptions options = kFlatBoards;
+  options.earlier = EarlierRig{.rig = calibrated_rig(*step)};
+  const auto twice = calibrate(second, options);
+  ASSERT_TRUE(twice) << twice.error().message;
+  const Rig a = calibrated_rig(*once), b = calibrated_rig(*twice);
+  ASSERT_EQ(a.covariance.names, b.covariance.names);
+  // The board before the probe is another placement to each step, which the steps do not know to be one.
+  for (std::size_t l = 0; l < a.leds.size(); ++l) {
+    const auto row = std::find(a.covariance.names.begin(), a.covariance.names.end(), a.leds[l].name + ".x") -
+                     a.covariance.names.begin();
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double sigma = std::sqrt(a.covariance.matrix(row + k, row + k));
+      EXPECT_NEAR(a.leds[l].position_mm[k], b.leds[l].position_mm[k], 0.5 * sigma);
+      EXPECT_NEAR(std::sqrt(b.covariance.matrix(row + k, row + k)) / sigma, 1, 0.15);
+    }
+  }
+}
+
+TEST(StartFromRig, HoldsWhatIsNotToBeCorrected) {
+  CalibrationOptions options = kFlatBoards;
+  options.earlier = earlier_rig();
+  options.earlier->corrected = {"track1"};
+  const auto found = calibrate(interim(3, nullptr), options);
+  ASSERT_TRUE(found) << found.error().message;
+  const Rig& rig = found->bundle.state.rig;
+  EXPECT_EQ(rig.sensors[0].lens.parameters(), options.earlier->rig.sensors[0].lens.parameters());
+  EXPECT_NE(rig.sensors[2].lens.parameters(), options.earlier->rig.sensors[2].lens.parameters());
+  EXPECT_EQ(rig.leds[0].position_mm, options.earlier->rig.leds[0].position_mm);
+}
+
+TEST(StartFromRig, RefusesWhatIsAnotherProbe) {
+  CalibrationOptions options = kFlatBoards;
+  options.earlier = earlier_rig();
+  options.earlier->rig.sensors[0].name = "cam7";
+  const auto stranger = calibrate(interim(3, nullptr), options);
+  ASSERT_FALSE(stranger);
+  EXPECT_THAT(stranger.error().message, HasSubstr("cam0"));
+  // Of the same names, but with the LEDs of another.
+  options.earlier = earlier_rig();
+  for (Led& led : options.earlier->rig.leds)
+    led.position_mm = Eigen::Vector3d(led.position_mm.y(), 30, led.position_mm.x());
+  const auto other = calibrate(interim(3, nullptr), options);
+  if (other) {
+    const Verdict verdict = judge(*other);
+    EXPECT_FALSE(verdict.ok);
+    EXPECT_THAT(testing::PrintToString(verdict.reasons), HasSubstr("earlier rig"));
+  }
+}
+
+TEST(RigCheck, FindsNothingWhereNothingChanged) {
+  int alarms = 0;
+  for (unsigned seed = 10; seed < 20; ++seed) {
+    const auto check = check_rig(interim(seed, nullptr), earlier_rig(), 1);
+    ASSERT_TRUE(check) << check.error().message;
+    EXPECT_GT(check->parts.size(), 10u);
+    alarms += check->valid() ? 0 : 1;
+    EXPECT_NEAR(check->square_sum / check->redundancy, 1, 0.3);
+  }
+  EXPECT_EQ(alarms, 0);
+}
+
+std::string all_named(const RigCheck& check) {
+  std::string names;
+  for (const PartChange& change : check.changed)
+    names += check.parts[change.part].name + " by " + check.parts[change.part].how_far + "; ";
+  return names;
+}
+
+TEST(RigCheck, NamesTheTrackerThatWasNudged) {
+  const auto check = check_rig(interim(21,
+                                       [](Rig& rig) {
+                                         Pose& pose = rig.sensors[2].sensor_from_mount;
+                                         Vector6d step;
+                                         step << 2e-3, 0, 0, 0, 0.5, 0;
+                                         pose = retract(pose, step);
+                                       }),
+                               earlier_rig(), 1);
+  ASSERT_TRUE(check) << check.error().message;
+  ASSERT_FALSE(check->valid());
+  EXPECT_EQ(check->parts[check->changed[0].part].name, "the place of track1") << all_named(*check);
+  EXPECT_EQ(check->changed.size(), 1u) << all_named(*check);
+  EXPECT_NEAR(check->parts[check->changed[0].part].change[0], 2e-3, 4e-4);
+}
+
+TEST(RigCheck, NamesTheTrackerWhoseFrameIsTheWorlds) {
+  const auto check = check_rig(interim(22,
+                                       [](Rig& rig) {
+                                         Vector6d step;
+                                         step << 0, 2e-3, 0, 0, 0, 0;
+                                         Pose& pose = rig.sensors[1].sensor_from_mount;
+                                         pose = retract(pose, step);
+                                       }),
+                               earlier_rig(), 1);
+  ASSERT_TRUE(check) << check.error().message;
+  ASSERT_FALSE(check->valid());
+  EXPECT_EQ(check->parts[check->changed[0].part].name, "the place of track0") << all_named(*check);
+}
+
+TEST(RigCheck, NamesTheLedThatWasBent) {
+  const auto check = check_rig(interim(23, [](Rig& rig) { rig.leds[3].position_mm.x() += 1; }), earlier_rig(), 1);
+  ASSERT_TRUE(check) << check.error().message;
+  ASSERT_FALSE(check->valid());
+  EXPECT_EQ(check->parts[check->changed[0].part].name, "LED led3") << all_named(*check);
+  EXPECT_NEAR(check->parts[check->changed[0].part].change.norm(), 1, 0.3);
+}
+
+}  // namespace
+}  // namespace crumple
