@@ -17,6 +17,7 @@ namespace crumple {
 namespace {
 
 constexpr double kFalseAlarm = 1e-3;  // over all parts together
+constexpr double kThere = 0.1;        // of the distance
 constexpr double kPerDegree = 3;
 constexpr double kAsGood = 9;  // of the sum of squares: 3 sigma
 constexpr double kDegrees = 180 / std::numbers::pi;
@@ -96,6 +97,12 @@ class Checker {
                                  part.change.head<3>().norm() * kDegrees);
     } else if (part.block.kind == BlockId::Kind::led) {
       part.how_far = fmt::format("{:.3g} mm", part.change.norm());
+      const Eigen::Vector3d now = freed.bundle.state.rig.leds[part.block.index].position_mm;
+      for (std::size_t l = 0; l < start_.rig.leds.size(); ++l) {
+        const bool there = (start_.rig.leds[l].position_mm - now).norm() < kThere * part.change.norm();
+        if (l != part.block.index && there)
+          part.how_far += fmt::format(", to where LED {} was", start_.rig.leds[l].name);
+      }
     } else {
       const auto pixels = lens_error_px(freed.bundle.state.rig.sensors[part.block.index].lens,
                                         start_.rig.sensors[part.block.index].lens);

@@ -124,6 +124,27 @@ void leave_out_lone_references(CalibrationInput& input) {
   }
 }
 
+// Two cameras whose lights stand at the same places to the last digit have the same images.
+Expected<void> check_images_differ(const std::vector<LightSight>& sights, const CalibrationData& data) {
+  constexpr std::size_t kChance = 2;
+  for (const LightSight& a : sights) {
+    for (const LightSight& b : sights) {
+      if (a.station != b.station || a.sensor >= b.sensor) continue;
+      std::size_t same = 0;
+      for (const IdentifiedLight& light : a.lights->leds) {
+        same += static_cast<std::size_t>(
+            std::count_if(b.lights->leds.begin(), b.lights->leds.end(), [&](const IdentifiedLight& other) {
+              return other.led == light.led && other.light.pixel == light.light.pixel;
+            }));
+      }
+      if (same < kChance) continue;
+      return fail(fmt::format("station {}: {} and {} have the same images: one of them has the other's", a.station->id,
+                              data.sensors[a.sensor].name, data.sensors[b.sensor].name));
+    }
+  }
+  return {};
+}
+
 Expected<void> check_bars_are_seen(const CalibrationData& data) {
   std::set<std::size_t> seen;
   for (const LedView& view : data.observations.leds) {
@@ -170,8 +191,9 @@ Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& 
   });
   for (const LightSight& sight : sights) {
     if (!sight.lights) return tl::unexpected(sight.lights.error());
-    add_leds(capture, room, sight, input);
   }
+  if (const auto differ = check_images_differ(sights, input.data); !differ) return differ;
+  for (const LightSight& sight : sights) add_leds(capture, room, sight, input);
   leave_out_lone_references(input);
   return check_bars_are_seen(input.data);
 }

@@ -21,6 +21,14 @@ Expected<BlinkCode> blink_code_of(const Capture& capture) {
   return code;
 }
 
+std::map<std::string, Eigen::Vector3d> nominal_places_mm(const Capture& capture) {
+  std::map<std::string, Eigen::Vector3d> places;
+  for (const CaptureLed& led : capture.leds) {
+    if (led.mount == Mount::probe && led.nominal_mm) places[led.name] = *led.nominal_mm;
+  }
+  return places;
+}
+
 Expected<Identification> read_lights(const Capture& capture, const BlinkCode& code, const std::string& camera,
                                      const std::string& station, const IdentifyOptions& options) {
   std::vector<std::optional<std::vector<Spot>>> frames;

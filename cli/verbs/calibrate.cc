@@ -5,6 +5,7 @@
 #include <gflags/gflags.h>
 
 #include "calib/cross_validate.h"
+#include "calib/led_layout.h"
 #include "calib/moved_sensor.h"
 #include "calib/verdict.h"
 #include "cli/calibrate_hand_eye.h"
@@ -19,6 +20,7 @@
 #include "cli/verbs/verbs.h"
 #include "datasets/earlier_rig.h"
 #include "datasets/json_text.h"
+#include "datasets/led_images.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
 
@@ -154,6 +156,19 @@ Expected<void> write_starts(const CalibrationData& data, const CalibrationOption
   return {};
 }
 
+// With what the LEDs' drawing and the order of the stations tell.
+Verdict full_verdict(const Capture& capture, const CalibrationData& data, const Calibration& calibration) {
+  Verdict verdict = judge(calibration);
+  std::vector<std::string>& reasons = verdict.reasons;
+  const auto moved = verdict.ok ? std::nullopt : find_moved_sensor(data, calibration, thread_count());
+  if (moved) reasons.insert(reasons.begin(), moved->sentence);
+  for (const std::string& said : check_led_layout(calibration.bundle.state.rig, nominal_places_mm(capture))) {
+    reasons.insert(reasons.begin(), said);
+  }
+  verdict.ok = reasons.empty();
+  return verdict;
+}
+
 Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (FLAGS_hand_eye) return run_calibrate_hand_eye(context);
   if (context.inputs.size() != 1) return usage_error("calibrate takes one capture; two files of poses with --hand_eye");
@@ -178,11 +193,7 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
   const auto calibration = calibrate(input->data, *options);
   if (!calibration) return fail(explained(calibration.error().message, *capture, input->skipped));
-  Verdict verdict = judge(*calibration);
-  if (!verdict.ok) {
-    const auto moved = find_moved_sensor(input->data, *calibration, thread_count());
-    if (moved) verdict.reasons.insert(verdict.reasons.begin(), moved->sentence);
-  }
+  const Verdict verdict = full_verdict(*capture, input->data, *calibration);
 
   VerbResult result;
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;

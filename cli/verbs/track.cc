@@ -11,6 +11,7 @@
 #include "cli/verbs/verbs.h"
 #include "datasets/earlier_rig.h"
 #include "datasets/json_text.h"
+#include "datasets/led_images.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
 #include "datasets/station_pose.h"
@@ -61,11 +62,7 @@ Expected<Rig> rig_of_unknown_probe(const Capture& capture) {
   const auto input =
       read_calibration_input(capture, names, ProjectorSource::automatic, thread_count(), NeedsBoards::no);
   if (!input) return tl::unexpected(input.error());
-  std::map<std::string, Eigen::Vector3d> nominal_mm;
-  for (const CaptureLed& led : capture.leds) {
-    if (led.nominal_mm) nominal_mm[led.name] = *led.nominal_mm;
-  }
-  const auto probe = unknown_probe(input->data, *trackers, nominal_mm, thread_count());
+  const auto probe = unknown_probe(input->data, *trackers, nominal_places_mm(capture), thread_count());
   if (!probe) return tl::unexpected(probe.error());
   return probe->rig;
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "datasets/capture.h"
 #include "datasets/rig_file.h"
 #include "tests/cli/program.h"
 
@@ -120,6 +121,47 @@ TEST(TrackedSystemVerbs, CalibrateGoesOnFromARig) {
   EXPECT_EQ(before.sensors[0].lens.parameters(), after.sensors[0].lens.parameters());
   EXPECT_NE(before.sensors[*before.find("tracker1")].lens.parameters(),
             after.sensors[*after.find("tracker1")].lens.parameters());
+}
+
+TEST(TrackedSystemVerbs, ATrackerWithAnothersImagesIsNamed) {
+  const TrackedSystem& system = TrackedSystem::get();
+  TemporaryFolder home;
+  const std::filesystem::path mixed = home / "mixed";
+  std::filesystem::copy(system.capture(), mixed, std::filesystem::copy_options::recursive);
+  const Capture capture = read_capture(mixed / "capture.yaml").value();
+  for (std::size_t frame = 0; frame < capture.frames_of("tracker0").size(); ++frame) {
+    std::filesystem::copy_file(capture.image_file("tracker0", "wand_1", frame),
+                               capture.image_file("tracker1", "wand_1", frame),
+                               std::filesystem::copy_options::overwrite_existing);
+  }
+  const ProgramRun run = run_program("calibrate '" + (mixed / "capture.yaml").string() + "' --nooverlays --out='" +
+                                     (home / "rig").string() + "'");
+  EXPECT_EQ(run.exit_code, 3) << run.out;
+  EXPECT_THAT(run.err, HasSubstr("station wand_1: tracker0 and tracker1 have the same images"));
+  EXPECT_FALSE(std::filesystem::exists(home / "rig"));
+}
+
+// The trackers calibrated, and a probe whose LEDs they have never seen.
+TEST(TrackedSystemVerbs, TrackFindsTheLedsOfAnUnknownProbe) {
+  const TrackedSystem& system = TrackedSystem::get();
+  Rig trackers = read_rig(system.rig()).value();
+  const Rig known = trackers;
+  trackers.leds.clear();
+  TemporaryFolder home;
+  std::filesystem::create_directory(home / "trackers");
+  ASSERT_TRUE(write_rig(home / "trackers", trackers));
+  const ProgramRun run = run_program("track '" + system.capture() + "/capture.yaml' --rig='" +
+                                     (home / "trackers").string() + "' --out='" + (home / "poses").string() + "'");
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  EXPECT_THAT(run.out, HasSubstr("knows no LED of this probe"));
+  const Rig found = read_rig(home / "poses/rig").value();
+  ASSERT_EQ(found.leds.size(), known.leds.size());
+  for (std::size_t a = 0; a < known.leds.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      EXPECT_NEAR((found.leds[a].position_mm - found.leds[b].position_mm).norm(),
+                  (known.leds[a].position_mm - known.leds[b].position_mm).norm(), 0.7);
+    }
+  }
 }
 
 }  // namespace
