@@ -225,10 +225,15 @@ struct Pool {
   double redundancy = 0;
 };
 
+double sigma_without_estimate(const Rig& rig, const GroupKey& group, const BundleOptions& options) {
+  const auto known = options.known_sigma_px.find(group_name(rig, group.first, group.second));
+  return known == options.known_sigma_px.end() ? options.prior_sigma_px : known->second;
+}
+
 // `small` remembers the groups whose redundancy was once too little, lest one on the limit go to and fro.
 std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Linearisation& at,
                                                   const std::vector<ViewWeights>& weights, const BundleOptions& options,
-                                                  std::set<GroupKey>& small) {
+                                                  const Rig& rig, std::set<GroupKey>& small) {
   std::map<GroupKey, GroupSummary> groups;
   std::map<GroupKey, double> squares, all_squares;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -255,7 +260,7 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
     if (group.redundancy < options.minimum_redundancy) small.insert(key);
   }
   for (auto& [key, group] : groups) {
-    const int d = key.second == View::Kind::stripes ? 1 : 2;
+    const int d = View::dimension_of(key.second);
     const std::size_t accepted = group.observations - group.outliers;
     group.rms_px = accepted > 0 ? std::sqrt(squares[key] / static_cast<double>(accepted)) : 0;
     group.rms_all_px = std::sqrt(all_squares[key] / static_cast<double>(group.observations));
@@ -264,7 +269,7 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;
     const double kept = options.reject_outliers ? kept_variance(d, options.gate) : 1;
     group.sigma_px = group.sigma_estimated ? std::max(std::sqrt(own.square / (own.redundancy * kept)), kSigmaFloor_px)
-                                           : options.prior_sigma_px;
+                                           : sigma_without_estimate(rig, key, options);
   }
   return groups;
 }
@@ -307,6 +312,8 @@ double inflation_of(View::Kind kind, const BundleOptions& options) {
       return options.corner_inflation;
     case View::Kind::stripes:
       return options.stripe_inflation;
+    case View::Kind::overlaps:
+      return options.overlap_inflation;
     case View::Kind::features:
     case View::Kind::leds:
       break;
@@ -423,7 +430,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (!minimum) return tl::unexpected(minimum.error());
     auto at = linearise(views, weights, minimum->equations, state, options.threads);
     if (!at) return tl::unexpected(at.error());
-    const auto groups = summarise_groups(views, *at, weights, options, small);
+    const auto groups = summarise_groups(views, *at, weights, options, state.rig, small);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
