@@ -1,0 +1,67 @@
+#include "recon/overlap.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "recon/neighbours.h"
+
+namespace crumple {
+namespace {
+
+NeighbourTree tree_of(const std::vector<SurfacePatch>& patches) {
+  std::vector<CloudPoint> points(patches.size());
+  for (std::size_t i = 0; i < patches.size(); ++i) points[i].position_mm = patches[i].position_mm;
+  return NeighbourTree(points);
+}
+
+// How far patches lie from the nearest other one, the median.
+double patch_spacing_mm(const NeighbourTree& tree, std::size_t count) {
+  std::vector<float> squares;
+  Neighbours found;
+  for (std::size_t i = 0; i < count; ++i) {
+    tree.nearest(i, 2, found);
+    if (found.indices.size() == 2) squares.push_back(found.squared_distance_mm2[1]);
+  }
+  if (squares.empty()) return 0;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return std::sqrt(*middle);
+}
+
+}  // namespace
+
+std::vector<PatchPair> overlap(const std::vector<SurfacePatch>& here, const std::vector<SurfacePatch>& there,
+                               const Pose& there_from_here, const OverlapOptions& options) {
+  if (here.size() < 2 || there.size() < 2) return {};
+  const NeighbourTree of_here = tree_of(here), of_there = tree_of(there);
+  const double reach = patch_spacing_mm(of_there, there.size()), reach_back = patch_spacing_mm(of_here, here.size());
+  const Pose here_from_there = there_from_here.inverse();
+  std::vector<PatchPair> pairs;
+  Neighbours found;
+  // Whether two patches, in one frame, are near along the surface and face each other.
+  const auto agree = [&](const Eigen::Vector3d& apart, const Eigen::Vector3d& normal, const Eigen::Vector3d& other,
+                         double along_mm) {
+    const double across = normal.dot(apart);
+    return std::abs(across) <= options.across_mm && (apart - across * normal).norm() <= along_mm &&
+           normal.dot(other) >= std::cos(options.largest_normal_angle);
+  };
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    const Eigen::Vector3d place = there_from_here * here[i].position_mm;
+    of_there.nearest(place, found);
+    if (found.indices.empty()) continue;
+    const auto k = static_cast<std::size_t>(found.indices.front());
+    const SurfacePatch& met = there[k];
+    if (!agree(place - met.position_mm, met.normal, there_from_here.rotation * here[i].normal, reach)) continue;
+    const Eigen::Vector3d back = here_from_there * met.position_mm;
+    of_here.nearest(back, found);
+    const SurfacePatch& nearest = here[static_cast<std::size_t>(found.indices.front())];
+    if (!agree(back - nearest.position_mm, nearest.normal, here_from_there.rotation * met.normal, reach_back)) continue;
+    pairs.push_back({i, k});
+  }
+  if (pairs.size() <= options.most) return pairs;
+  std::vector<PatchPair> thinned;
+  for (std::size_t i = 0; i < options.most; ++i) thinned.push_back(pairs[i * pairs.size() / options.most]);
+  return thinned;
+}
+
+}  // namespace crumple
