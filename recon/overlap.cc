@@ -3,10 +3,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 #include "recon/neighbours.h"
 
 namespace crumple {
 namespace {
+
+constexpr std::size_t kSampledSpacings = 500;
+
+// Of `here`, those that lie in the box of `there`, widened; most pairs of stations have none.
+std::vector<std::size_t> within_box(const std::vector<SurfacePatch>& here, const std::vector<SurfacePatch>& there,
+                                    const Pose& there_from_here, double margin_mm) {
+  Eigen::AlignedBox3d box;
+  for (const SurfacePatch& patch : there) box.extend(patch.position_mm);
+  std::vector<std::size_t> within;
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    if (box.squaredExteriorDistance(there_from_here * here[i].position_mm) <= margin_mm * margin_mm)
+      within.push_back(i);
+  }
+  return within;
+}
 
 NeighbourTree tree_of(const std::vector<SurfacePatch>& patches) {
   std::vector<CloudPoint> points(patches.size());
@@ -14,11 +31,11 @@ NeighbourTree tree_of(const std::vector<SurfacePatch>& patches) {
   return NeighbourTree(points);
 }
 
-// How far patches lie from the nearest other one, the median.
+// How far patches lie from the nearest other one, the median of some.
 double patch_spacing_mm(const NeighbourTree& tree, std::size_t count) {
   std::vector<float> squares;
   Neighbours found;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; i += count / kSampledSpacings + 1) {
     tree.nearest(i, 2, found);
     if (found.indices.size() == 2) squares.push_back(found.squared_distance_mm2[1]);
   }
@@ -33,6 +50,8 @@ double patch_spacing_mm(const NeighbourTree& tree, std::size_t count) {
 std::vector<PatchPair> overlap(const std::vector<SurfacePatch>& here, const std::vector<SurfacePatch>& there,
                                const Pose& there_from_here, const OverlapOptions& options) {
   if (here.size() < 2 || there.size() < 2) return {};
+  const std::vector<std::size_t> candidates = within_box(here, there, there_from_here, options.across_mm);
+  if (candidates.empty()) return {};
   const NeighbourTree of_here = tree_of(here), of_there = tree_of(there);
   const double reach = patch_spacing_mm(of_there, there.size()), reach_back = patch_spacing_mm(of_here, here.size());
   const Pose here_from_there = there_from_here.inverse();
@@ -45,7 +64,7 @@ std::vector<PatchPair> overlap(const std::vector<SurfacePatch>& here, const std:
     return std::abs(across) <= options.across_mm && (apart - across * normal).norm() <= along_mm &&
            normal.dot(other) >= std::cos(options.largest_normal_angle);
   };
-  for (std::size_t i = 0; i < here.size(); ++i) {
+  for (const std::size_t i : candidates) {
     const Eigen::Vector3d place = there_from_here * here[i].position_mm;
     of_there.nearest(place, found);
     if (found.indices.empty()) continue;

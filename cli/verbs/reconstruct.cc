@@ -1,6 +1,7 @@
 // reconstruct: capture + rig -> clouds, a picture, summary.
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "cli/progress.h"
 #include "cli/reconstruct_summary.h"
 #include "cli/record.h"
+#include "cli/refined_stations.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/capture.h"
 #include "datasets/cloud_file.h"
@@ -30,6 +32,9 @@ DEFINE_string(
     "those that calibrate --starts writes: their clouds are posed by markers, scored and not written");
 DEFINE_string(pose, "pixels",
               "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
+DEFINE_bool(refine_stations, false,
+            "refine the poses of a tracked probe's stations together, from LEDs and from the surface where stations "
+            "overlap, the rig free under its own covariance; reads the images twice");
 DEFINE_bool(clean, true, "take noise, grazing and edge points out of every view");
 DEFINE_bool(merge, true,
             "fuse stations where they overlap into one cloud; of tracked captures with several stations, since others "
@@ -202,9 +207,17 @@ class Reconstructor {
     for (ComparedRig& beside : compared) beside.assembly.emplace(assembly);
   }
 
+  // Where stations are, if that is known better than by each one's LEDs.
+  void place(std::map<std::string, Constellation> refined) { refined_ = std::move(refined); }
+
   // To be called before add() of a station: where the probe was, if it is tracked.
   void go_to(const std::string& station) {
-    if (tracked_) where_ = station_pose(capture_, rig_, station, choices_.pose);
+    const auto known = refined_.find(station);
+    if (known != refined_.end()) {
+      where_ = known->second;
+    } else if (tracked_) {
+      where_ = station_pose(capture_, rig_, station, choices_.pose);
+    }
   }
 
   void add(const std::string& station, const Pair& pair) {
@@ -294,8 +307,30 @@ class Reconstructor {
   const Rig& rig_;
   const Choices& choices_;
   bool tracked_;
+  std::map<std::string, Constellation> refined_;
   Expected<Constellation> where_ = Constellation{};
 };
+
+// Refines the stations and has them used. Where overlap contradicts the LEDs they stay where these put them, which is
+// said.
+void refine_places(const Capture& capture, const Rig& rig, const Choices& choices,
+                   const std::vector<std::string>& stations, const std::vector<Pair>& pairs, Reconstructor& work) {
+  std::vector<ScanningCamera> cameras;
+  for (const Pair& pair : pairs) {
+    cameras.push_back({pair.camera, *rig.find(pair.camera), *rig.find(*capture.projector), &pair.geometry});
+  }
+  StationOptions options;
+  options.decode.bit_rule = choices.rule;
+  auto refined = refined_stations(capture, rig, stations, cameras, options);
+  if (!refined) {
+    log_warning("--refine_stations: stations stay where their LEDs put them: " + refined.error().message);
+    work.reconstruction.refined = {{"refused", refined.error().message}};
+    return;
+  }
+  work.place(std::move(refined->poses));
+  work.reconstruction.refined = std::move(refined->summary);
+  work.reconstruction.refined_text = std::move(refined->text);
+}
 
 // Deviations per cloud, in the world frame after one rigid move onto the surface; empty without --truth.
 Expected<std::vector<std::vector<Deviation>>> compare_with_truth(const std::optional<Scene>& scene,
@@ -364,10 +399,16 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   if (!choices) return usage_error(choices.error().message);
   if (!FLAGS_compare.empty() && FLAGS_truth.empty())
     return usage_error("--compare wants --truth: the rigs are compared with it");
+  if (FLAGS_refine_stations && choices->pose == PoseMethod::markers) {
+    return usage_error("--refine_stations wants --pose=pixels: markers have no uncertainty to refine under");
+  }
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   const auto rig = read_rig(FLAGS_rig);
   if (!rig) return tl::unexpected(rig.error());
+  if (FLAGS_refine_stations && !is_tracked(*capture, *rig)) {
+    return usage_error("--refine_stations wants a capture in which trackers see the probe's LEDs");
+  }
   const auto stations = chosen_stations(*capture);
   if (!stations) return tl::unexpected(stations.error());
   std::optional<Scene> scene;
@@ -384,6 +425,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   if (!folder) return tl::unexpected(folder.error());
 
   Reconstructor work(*capture, *rig, *choices, std::move(*compared), stations->size());
+  if (FLAGS_refine_stations) refine_places(*capture, *rig, *choices, *stations, *pairs, work);
   {
     Progress progress("reconstructing", stations->size() * pairs->size());
     for (const std::string& station : *stations) {
@@ -432,8 +474,8 @@ Verb reconstruct_verb() {
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "clean", "merge", "spacing",
-                "smooth", "compare", "truth", "threads", "overwrite", "json"},
+      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "refine_stations", "clean",
+                "merge", "spacing", "smooth", "compare", "truth", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_reconstruct};
 }

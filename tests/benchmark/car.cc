@@ -68,6 +68,34 @@ struct Way {
   double sigma() const { return std::sqrt(predicted / count); }
 };
 
+// The length of one bar that was shown at many poses, known to sigma: as if all else of its lights were known to a
+// centimetre, about a state whose bars have that length and the directions that observations give them. Off by the
+// square of what these are off: nanometres.
+Prior bar_prior(CalibrationState about, const std::vector<MadeBar>& bars, double sigma_mm) {
+  constexpr double kWide_mm = 10, kOwn_mm = 0.001;  // of each pose: a mount, a bend
+  const auto count = static_cast<Eigen::Index>(bars.size());
+  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(6 * count, count);
+  std::vector<PriorTerm> terms;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const MadeBar& bar = bars[static_cast<std::size_t>(i)];
+    Eigen::Vector3d &a = about.rig.leds[bar.first_led].position_mm, &b = about.rig.leds[bar.second_led].position_mm;
+    const Eigen::Vector3d direction = (b - a).normalized(), middle = 0.5 * (a + b);
+    a = middle - 0.5 * bar.length_mm * direction;
+    b = middle + 0.5 * bar.length_mm * direction;
+    directions.block<3, 1>(6 * i, i) = -direction / std::sqrt(2.0);
+    directions.block<3, 1>(6 * i + 3, i) = direction / std::sqrt(2.0);
+    for (const std::size_t led : {bar.first_led, bar.second_led}) {
+      for (int row = 0; row < 3; ++row) terms.push_back({{BlockId::Kind::led, led}, row});
+    }
+  }
+  Eigen::MatrixXd lengths = Eigen::MatrixXd::Constant(count, count, sigma_mm * sigma_mm);
+  lengths.diagonal().array() += kOwn_mm * kOwn_mm;
+  const Eigen::MatrixXd others = Eigen::MatrixXd::Identity(6 * count, 6 * count) - directions * directions.transpose();
+  return Prior::create("bar", std::move(terms), std::move(about),
+                       kWide_mm * kWide_mm * others + 0.5 * directions * lengths * directions.transpose())
+      .value();
+}
+
 Expected<Rig> calibrated(const MadeCarOptions& options, unsigned seed) {
   const MadeCampaign campaign = make_car_campaign(options, seed);
   BundleOptions bundle{.threads = 2};
@@ -78,7 +106,11 @@ Expected<Rig> calibrated(const MadeCarOptions& options, unsigned seed) {
       Prior::create("certificates", scales, campaign.start, variance * Eigen::Matrix2d::Identity()).value());
   CalibrationState start = disturbed_system(campaign.truth, seed);
   for (std::size_t b = 0; b < start.boards.size(); ++b) start.boards[b].scale = campaign.start.boards[b].scale;
-  const auto result = refine(start, campaign.observations, bundle);
+  auto result = refine(start, campaign.observations, bundle);
+  if (result && !campaign.bars.empty()) {
+    bundle.priors.push_back(bar_prior(result->state, campaign.bars, options.bar_sigma_mm));
+    result = refine(result->state, campaign.observations, bundle);
+  }
   if (!result) return tl::unexpected(result.error());
   Rig rig = result->state.rig;
   rig.covariance = rig_covariance(*result);
@@ -245,7 +277,6 @@ Expected<void> by_leds_alone(const Rig& rig, const MadeCar& car, const std::vect
     variance += quadratic(by_rig, covariance);
     way.predicted += variance;
     way.budget["decoding of the balls"] += distance.decoding_mm2;
-        std::pow(tracker_scale(rig, covariance, layout) * distance.truth_mm, 2);
     add_rig_budget(by_rig, covariance, layout, rig, way);
   }
   return {};
