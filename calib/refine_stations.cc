@@ -43,6 +43,27 @@ Observations led_observations(const std::vector<ObservedStation>& stations) {
   return observations;
 }
 
+Expected<void> check_targets(const Rig& rig, const std::vector<ObservedStation>& stations,
+                             const std::vector<RoomTarget>& targets) {
+  for (const ObservedStation& station : stations) {
+    for (const TargetReading& reading : station.targets) {
+      if (reading.camera >= rig.sensors.size() || rig.sensors[reading.camera].mount != Mount::probe) {
+        return fail(fmt::format("station {}: targets are seen by a sensor that is not on the probe", station.name));
+      }
+      if (reading.pixels.size() != reading.targets.size()) {
+        return fail(fmt::format("station {}: {} targets have {} pixels", station.name, reading.targets.size(),
+                                reading.pixels.size()));
+      }
+      for (const std::size_t target : reading.targets) {
+        if (target < targets.size()) continue;
+        return fail(
+            fmt::format("station {} sees target {}, of {} that are given", station.name, target, targets.size()));
+      }
+    }
+  }
+  return {};
+}
+
 void add_targets(const std::vector<ObservedStation>& stations, std::size_t first_target, Observations& observations) {
   for (std::size_t s = 0; s < stations.size(); ++s) {
     for (const TargetReading& reading : stations[s].targets) {
@@ -176,6 +197,7 @@ RefinedStation summarise(std::size_t s, const BundleResult& by_leds, const Bundl
 Expected<StationRefinement> refine_stations(const Rig& rig, const std::vector<ObservedStation>& stations,
                                             const std::vector<RoomTarget>& targets,
                                             const StationRefinementOptions& options) {
+  if (const auto sound = check_targets(rig, stations, targets); !sound) return tl::unexpected(sound.error());
   const CalibrationState start = state_of(rig, stations, targets);
   const Observations leds = led_observations(stations);
   Observations all = leds;

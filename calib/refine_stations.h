@@ -86,7 +86,7 @@ struct StationRefinement {
   std::vector<Prior> priors;
 };
 
-// Fails on a rig without a covariance, and as above.
+// Fails on a rig without a covariance, on readings of targets that are not given, and as above.
 Expected<StationRefinement> refine_stations(const Rig& rig, const std::vector<ObservedStation>& stations,
                                             const std::vector<RoomTarget>& targets,
                                             const StationRefinementOptions& options);

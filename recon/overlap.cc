@@ -11,6 +11,7 @@ namespace crumple {
 namespace {
 
 constexpr std::size_t kSampledSpacings = 500;
+constexpr double kPatchReach = 0.75;  // in spacings: half a cell's diagonal and a little
 
 // Of `here`, those that lie in the box of `there`, widened; most pairs of stations have none.
 std::vector<std::size_t> within_box(const std::vector<SurfacePatch>& here, const std::vector<SurfacePatch>& there,
@@ -53,7 +54,8 @@ std::vector<PatchPair> overlap(const std::vector<SurfacePatch>& here, const std:
   const std::vector<std::size_t> candidates = within_box(here, there, there_from_here, options.across_mm);
   if (candidates.empty()) return {};
   const NeighbourTree of_here = tree_of(here), of_there = tree_of(there);
-  const double reach = patch_spacing_mm(of_there, there.size()), reach_back = patch_spacing_mm(of_here, here.size());
+  const double reach = kPatchReach * patch_spacing_mm(of_there, there.size());
+  const double reach_back = kPatchReach * patch_spacing_mm(of_here, here.size());
   const Pose here_from_there = there_from_here.inverse();
   std::vector<PatchPair> pairs;
   Neighbours found;

@@ -1,9 +1,9 @@
 // Where two stations measured the same surface: pairs of patches that face each other.
 //
-// A patch of `here` is paired with the patch of `there` that is nearest to it, where that one is no farther than the
-// patches of `there` lie apart, across the surface no farther than the poses may be off, and their normals agree; and
-// where the patch of `here` nearest to that one is as near, which keeps the edge of the one from being drawn to the
-// other's inside. Of more pairs than wanted some are taken, evenly over all.
+// A patch of `here` is paired with the patch of `there` that is nearest to it, where that one is no farther than half
+// the diagonal between the patches of `there`, across the surface no farther than the poses may be off, and their
+// normals agree; and where the patch of `here` nearest to that one is as near, which keeps the edge of the one from
+// being drawn to the other's inside. Of more pairs than wanted some are taken, evenly over all.
 //
 // Poses are those known so far: what they are off along the surface does no harm as long as normals change little over
 // it (point to plane).

@@ -78,8 +78,11 @@ TEST(RefineStations, TargetsTellMore) {
   options.targets_per_overlap = 6;
   const auto data = measured(options, 7);
   ASSERT_TRUE(data) << data.error().message;
-  const auto without = refine_stations(data->rig, data->stations, {}, kIndependent);
-  ASSERT_TRUE(without);
+  EXPECT_FALSE(refine_stations(data->rig, data->stations, {}, kIndependent));  // readings of targets that are not given
+  auto untargeted = data->stations;
+  for (ObservedStation& station : untargeted) station.targets.clear();
+  const auto without = refine_stations(data->rig, untargeted, {}, kIndependent);
+  ASSERT_TRUE(without) << without.error().message;
   const auto with = refine_stations(data->rig, data->stations, data->car.targets, kIndependent);
   ASSERT_TRUE(with) << with.error().message;
   EXPECT_EQ(with->targets.size(), data->car.targets.size());

@@ -71,7 +71,7 @@ TEST(RigPrior, CarriesAnEarlierCalibrationOver) {
   const BundleOptions options{.reject_outliers = false, .held = prior->held, .priors = {prior->prior}};
   const auto second = refine(prior->state, data.second, options);
   ASSERT_TRUE(second) << second.error().message;
-  for (const std::string& name : {"cam0.fx", "track1.rotation_y", "led0.x", "proj0.translation_x"}) {
+  for (const std::string name : {"cam0.fx", "track1.rotation_y", "led0.x", "proj0.translation_x"}) {
     const auto row = [&](const std::vector<std::string>& names) {
       return std::find(names.begin(), names.end(), name) - names.begin();
     };
