@@ -36,6 +36,7 @@ class Checker {
       : data_(data), earlier_(earlier), start_(std::move(start)) {
     options_.reject_outliers = false;
     options_.known_sigma_px = earlier.rig.sigma_px;
+    options_.estimate_known_sigmas = false;
     options_.threads = threads;
   }
 

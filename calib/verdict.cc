@@ -37,11 +37,11 @@ void judge_views(const Calibration& calibration, std::vector<std::string>& reaso
   for (const ViewSummary& view : calibration.bundle.views) {
     if (view.inlier.empty()) continue;
     const GroupSummary& group = group_of(calibration.bundle, view);
-    const double expected = group.sigma_px * (view.kind == View::Kind::stripes ? 1 : std::numbers::sqrt2);
+    const double expected = group.sigma_px * (View::dimension_of(view.kind) == 1 ? 1 : std::numbers::sqrt2);
     const auto left_out = std::count(view.inlier.begin(), view.inlier.end(), 0);
     const double share = static_cast<double>(left_out) / static_cast<double>(view.inlier.size());
     // Stripes may hold gross decoding errors that the gate takes care of; corners that far off mean a wrong detection.
-    const bool gross = view.kind != View::Kind::stripes && view.rms_all_px > kGrossViewRatio * expected;
+    const bool gross = View::dimension_of(view.kind) == 2 && view.rms_all_px > kGrossViewRatio * expected;
     if (view.rms_px <= kBadViewRatio * expected && share <= kBadViewOutliers && !gross) continue;
     reasons.push_back(
         fmt::format("station {} is bad in {}: RMS {:.2f} px where {:.2f} px is usual, {:.0f} % of its {} left out; "

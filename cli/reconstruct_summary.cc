@@ -126,6 +126,7 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
     if (cloud.merged) summary["merged"][cloud.estimator] = merge_json(*cloud.merged);
     if (cloud.not_smoothed > 0) summary["not_smoothed"][cloud.estimator] = cloud.not_smoothed;
   }
+  if (!reconstruction.refined.is_null()) summary["refined"] = reconstruction.refined;
   if (!reconstruction.truth.empty()) summary["truth"] = truth_json(reconstruction.truth);
   for (const auto& [rig, of_cloud, in_world] : reconstruction.compared) {
     summary["truth"]["world_rms_mm"][rig] = of_cloud.moved_rms_mm;
@@ -135,7 +136,7 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
 }
 
 std::string reconstruction_text(const Reconstruction& reconstruction) {
-  std::string text;
+  std::string text = reconstruction.refined_text;
   for (const ReconstructedView& view : reconstruction.views) {
     text += fmt::format("{}, {}, {}: {} points, {:.1f} % of the lit pixels, median sigma {:.4f} mm\n", view.station,
                         view.camera, view.estimator, view.points, 100 * view.decoded_fraction, view.median_sigma_mm);

@@ -57,6 +57,8 @@ struct Reconstruction {
   std::vector<EstimatorTruth> truth;  // empty without --truth
   // The main estimator by rigs beside the main one ("joint"), by their names; empty without --compare.
   std::vector<EstimatorTruth> compared = {};
+  nlohmann::json refined = {};  // of --refine_stations; else null
+  std::string refined_text = {};
 };
 
 nlohmann::json reconstruction_summary(const Reconstruction& reconstruction);

@@ -90,7 +90,7 @@ std::string residuals_csv(const Calibration& calibration, const Observations& ob
   const std::vector<SeenAt> seen = places(observations);
   for (std::size_t v = 0; v < seen.size(); ++v) {
     const ViewSummary& view = calibration.bundle.views[v];
-    const Eigen::Index dimension = view.kind == View::Kind::stripes ? 1 : 2;
+    const Eigen::Index dimension = View::dimension_of(view.kind);
     for (std::size_t i = 0; i < seen[v].pixels.size(); ++i) {
       const Eigen::Index row = dimension * static_cast<Eigen::Index>(i);
       const std::string second = dimension == 2 ? fmt::format("{}", view.residuals_px[row + 1]) : "";

@@ -28,6 +28,8 @@ class NeighbourTree {
   // Both fill `found` anew, which saves an allocation per search. Fewer than `count` where the cloud has fewer.
   void nearest(std::size_t point, int count, Neighbours& found) const;
   void within(std::size_t point, double radius_mm, Neighbours& found) const;
+  // The one nearest to a place; none where there are no points.
+  void nearest(const Eigen::Vector3d& place_mm, Neighbours& found) const;
 
  private:
   struct Impl;

@@ -261,20 +261,21 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
     if (group.redundancy < options.minimum_redundancy) small.insert(key);
   }
   for (auto& [key, group] : groups) {
-    const int d = key.second == View::Kind::stripes ? 1 : 2;
+    const int d = View::dimension_of(key.second);
     const std::size_t accepted = group.observations - group.outliers;
     group.rms_px = accepted > 0 ? std::sqrt(squares[key] / static_cast<double>(accepted)) : 0;
     group.rms_all_px = std::sqrt(all_squares[key] / static_cast<double>(group.observations));
     const Pool& pool = pools[key.second];
     const Pool own = small.contains(key) ? pool : Pool{squares[key], group.redundancy};
-    if (const auto known = known_sigma(state.rig, key, options)) {
+    const auto known = known_sigma(state.rig, key, options);
+    if (known && !options.estimate_known_sigmas) {
       group.sigma_px = *known;
       continue;
     }
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;
     const double kept = options.reject_outliers ? kept_variance(d, options.gate) : 1;
     group.sigma_px = group.sigma_estimated ? std::max(std::sqrt(own.square / (own.redundancy * kept)), kSigmaFloor_px)
-                                           : options.prior_sigma_px;
+                                           : known.value_or(options.prior_sigma_px);
   }
   return groups;
 }
@@ -305,7 +306,9 @@ Expected<void> converge_robustly(const Views& views, const Parameters& parameter
     const auto residuals = residuals_at(views, state, options.threads);
     if (!residuals) return tl::unexpected(residuals.error());
     std::map<GroupKey, double> sigmas = robust_sigmas(views, *residuals);
-    for (auto& [key, sigma_px] : sigmas) sigma_px = known_sigma(state.rig, key, options).value_or(sigma_px);
+    for (auto& [key, sigma_px] : sigmas) {
+      if (!options.estimate_known_sigmas) sigma_px = known_sigma(state.rig, key, options).value_or(sigma_px);
+    }
     set_sigmas(views, sigmas, weights);
     if (round == kRobustRounds) return {};
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
@@ -319,6 +322,8 @@ double inflation_of(View::Kind kind, const BundleOptions& options) {
       return options.corner_inflation;
     case View::Kind::stripes:
       return options.stripe_inflation;
+    case View::Kind::overlaps:
+      return options.overlap_inflation;
     case View::Kind::features:
     case View::Kind::leds:
       break;

@@ -18,7 +18,7 @@
 // already and never outliers. Weak ones name what the observations leave undetermined.
 //
 // Groups are formed by sensor and kind of observation: "cam0.corners", "proj0.stripes", "cam0.features",
-// "track0.leds".
+// "track0.leds", "proj0.overlaps".
 // Gauge: the first sensor on the probe and the first in the world have their mounts held. Where the probe moves and no
 // sensor is fixed to the world, the first placement is held; where the probe carries none, the first station is. The
 // scale of a board is estimated where a prior tells it.
@@ -42,14 +42,15 @@ struct BundleOptions {
   bool estimate_warp = false;
   bool reject_outliers = true;
   double gate = 16;             // on the standardised square in two dimensions
-  double prior_sigma_px = 0.3;  // for groups too small to estimate it from
-  // Of groups, by group_name(), whose noise is known and not to be estimated.
-  std::map<std::string, double> known_sigma_px = {};
+  double prior_sigma_px = 0.3;  // for groups too small to estimate it from, but for those whose sigma is known
+  std::map<std::string, double> known_sigma_px = {};  // by group_name(), as Rig::sigma_px
+  bool estimate_known_sigmas = true;                  // of groups that are large enough for it
   double minimum_redundancy = 50;
-  // Variance inflation of corners and of stripe readings: how many correlated ones count as one (calib/correlation.h).
-  // It scales their weight and so the covariance; sigma and the gate are of single observations.
+  // Variance inflation of corners, of stripe readings and of overlaps: how many correlated ones count as one
+  // (calib/correlation.h). It scales their weight and so the covariance; sigma and the gate are of single observations.
   double corner_inflation = 1;
   double stripe_inflation = 1;
+  double overlap_inflation = 1;
   std::set<BlockId> held = {};   // further blocks that keep their start, such as a lens known from elsewhere
   std::set<BlockId> freed = {};  // not held for the gauge, where a prior fixes the frame
   std::vector<Prior> priors = {};

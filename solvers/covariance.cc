@@ -1,7 +1,6 @@
 #include "solvers/covariance.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <numeric>
 
@@ -100,20 +99,16 @@ void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
 }
 
 Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const CalibrationState& state) const {
-  // Rows of the blocks as a linear map of the common parameters, and an eliminated pose's own part beside it.
-  int size = 0, pose_row = 0;
+  // Rows of the blocks as a linear map of the common parameters, and each eliminated pose's own part beside it.
+  int size = 0;
   for (const BlockId& block : blocks) size += tangent_size(block, state);
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size, common_.cols());  // with the common parameters
-  std::optional<std::size_t> slot;
   int row = 0;
   for (const BlockId& block : blocks) {
     const int rows = tangent_size(block, state);
     if (const auto offset = parameters_.common_offset(block)) {
       cross.middleRows(row, rows) = common_.middleRows(*offset, rows);
-    } else if (parameters_.estimated(block)) {
-      assert(!slot);
-      slot = parameters_.slot(block);
-      pose_row = row;
+    } else if (const auto slot = parameters_.slot(block)) {
       cross.middleRows(row, rows).noalias() = -gain_[*slot].transpose() * common_;
     }
     row += rows;
@@ -124,12 +119,12 @@ Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const Ca
     const int columns = tangent_size(block, state);
     if (const auto offset = parameters_.common_offset(block)) {
       joint.middleCols(column, columns) = cross.middleCols(*offset, columns);
-    } else if (parameters_.estimated(block)) {
+    } else if (const auto slot = parameters_.slot(block)) {
       joint.middleCols(column, columns).noalias() = -cross * gain_[*slot];
+      joint.block<6, 6>(column, column) += pose_inverse_[*slot];
     }
     column += columns;
   }
-  if (slot) joint.block<6, 6>(pose_row, pose_row) += pose_inverse_[*slot];
   return joint;
 }
 

@@ -36,8 +36,7 @@ class JointCovariance {
   const std::vector<std::string>& names() const { return names_; }
   // How many of these, the first ones, are no poses of placements or stations.
   int rig_rows() const;
-  // Joint covariance of the given blocks (at most one eliminated pose among them), in their order; zero rows for held
-  // blocks.
+  // Joint covariance of the given blocks, each given once, in their order; zero rows for held blocks.
   Eigen::MatrixXd of(const std::vector<BlockId>& blocks, const CalibrationState& state) const;
 
   // Condition of the equilibrated information matrix, and its weakest direction in words.

@@ -43,12 +43,30 @@ struct FeatureView {
 };
 
 // Centres of LED spots seen by a sensor fixed to the world: of the probe's LEDs at a station, or, without one, of
-// reference LEDs in the room.
+// reference LEDs in the room. Seen by a sensor on the probe at a station: of reference points in the room
+// (Mount::world), be they LEDs or targets.
 struct LedView {
   std::size_t sensor = 0;
   std::vector<std::size_t> leds;
   std::vector<Eigen::Vector2d> pixels;
   std::optional<std::size_t> station = {};
+};
+
+// Points of a surface that stripes met at a station: camera pixels with the coordinate decoded there.
+struct StripePoints {
+  std::size_t camera = 0;
+  std::size_t projector = 0;
+  std::size_t station = 0;
+  Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // of the stripes, as above
+  std::vector<Eigen::Vector2d> camera_pixels;
+  std::vector<double> coordinates_px;
+};
+
+// Places that two stations measured: points of the one near tangent planes of the other. Noise is in the coordinates.
+struct OverlapView {
+  StripePoints here;
+  StripePoints there;                          // the planes' points, in the order of `here`
+  std::vector<Eigen::Vector3d> there_normals;  // of the planes, unit, in the probe frame of `there`
 };
 
 struct Observations {
@@ -57,6 +75,7 @@ struct Observations {
   std::vector<StripeView> stripes;
   std::vector<FeatureView> features;
   std::vector<LedView> leds = {};
+  std::vector<OverlapView> overlaps = {};
 };
 
 }  // namespace crumple

@@ -19,6 +19,19 @@ bool meet(const std::vector<std::unique_ptr<View>>& views, const std::set<BlockI
   });
 }
 
+// Stations that meet other stations in a view.
+std::set<BlockId> tied_stations(const std::vector<std::unique_ptr<View>>& views, const std::set<BlockId>& estimated) {
+  std::set<BlockId> tied;
+  for (const auto& view : views) {
+    std::vector<BlockId> stations;
+    for (const BlockId& block : view->blocks()) {
+      if (block.kind == BlockId::Kind::station && estimated.contains(block)) stations.push_back(block);
+    }
+    if (stations.size() > 1) tied.insert(stations.begin(), stations.end());
+  }
+  return tied;
+}
+
 }  // namespace
 
 Parameters::Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
@@ -49,11 +62,17 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     add_common({BlockId::Kind::scale, b});
   }
   std::vector<BlockId> placements, stations;
+  const std::set<BlockId> tied = tied_stations(views, touched);
+  std::set<BlockId> untied;
   for (const BlockId& block : touched) {
     if (block.kind == BlockId::Kind::placement) placements.push_back(block);
-    if (block.kind == BlockId::Kind::station) stations.push_back(block);
+    if (tied.contains(block))
+      add_common(block);
+    else
+      untied.insert(block);
+    if (block.kind == BlockId::Kind::station && !tied.contains(block)) stations.push_back(block);
   }
-  if (meet(views, touched)) {
+  if (meet(views, untied)) {
     auto& fewer = placements.size() < stations.size() ? placements : stations;
     for (const BlockId& block : fewer) add_common(block);
     fewer.clear();

@@ -2,8 +2,9 @@
 //
 // Order: the common blocks first (per sensor its lens, then its mount; the LEDs; per board its warp, then its scale),
 // then the poses of placements and stations. As many of these as possible are eliminated when equations are solved,
-// which asks that no two of them meet in a view: all of them where no view holds both kinds; otherwise the kind with
-// more, and the other one's poses count among the common blocks. Eliminated ones stand last.
+// which asks that no two of them meet in a view. Stations that meet other stations (overlaps) count among the common
+// blocks; of the rest all are eliminated where no view holds a placement and a station, otherwise the kind with more.
+// Eliminated ones stand last.
 #pragma once
 
 #include <map>

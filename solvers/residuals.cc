@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "solvers/disc.h"
+#include "solvers/overlap_residuals.h"
 #include "solvers/transfer.h"
 
 namespace crumple {
@@ -340,6 +341,8 @@ const char* name_of(View::Kind kind) {
       return "stripes";
     case View::Kind::features:
       return "features";
+    case View::Kind::overlaps:
+      return "overlaps";
     case View::Kind::leds:
       break;
   }
@@ -372,6 +375,7 @@ std::vector<std::unique_ptr<View>> make_views(const Observations& observations,
     views.push_back(std::make_unique<FeatureResiduals>(view, board_of[view.placement]));
   }
   for (const LedView& view : observations.leds) views.push_back(std::make_unique<LedResiduals>(view));
+  for (const OverlapView& view : observations.overlaps) views.push_back(overlap_view(view));
   return views;
 }
 

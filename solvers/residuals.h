@@ -7,6 +7,8 @@
 //   StripeView   n . transfer(camera pixel -> projector) - coordinate                                 1 per reading
 //   FeatureView  transfer(projector pixel -> camera) - pixel                                          2 per feature
 //   LedView      lens(sensor_from_world * world_from_probe * led) - pixel                             2 per LED
+//                (of a reference point seen from the probe: lens(sensor_from_probe * probe_from_world * point))
+//   OverlapView  solvers/overlap_residuals.h                                                          1 per point
 // The parameters come in blocks, moved by tangents (solvers/pose.h). What a view sees of them is less: a mount and a
 // placement only through the board's pose in the sensor. So a view's Jacobian is with respect to its local coordinates
 // (lens parameters, the board's pose in each sensor, warp and scale), and local_from_blocks says how these follow from
@@ -51,7 +53,9 @@ struct ViewEvaluation {
 
 class View {
  public:
-  enum class Kind { corners, stripes, features, leds };
+  enum class Kind { corners, stripes, features, leds, overlaps };
+
+  static int dimension_of(Kind kind) { return kind == Kind::stripes || kind == Kind::overlaps ? 1 : 2; }
 
   virtual ~View() = default;
   virtual int size() const = 0;  // observations
@@ -60,10 +64,10 @@ class View {
   virtual bool evaluate(const CalibrationState& state, bool with_jacobians, ViewEvaluation& evaluation) const = 0;
 
   Kind kind() const { return kind_; }
-  int dimension() const { return kind_ == Kind::stripes ? 1 : 2; }     // residuals per observation
+  int dimension() const { return dimension_of(kind_); }                // residuals per observation
   std::size_t sensor() const { return sensor_; }                       // whose noise the residuals carry
   std::optional<std::size_t> placement() const { return placement_; }  // none: no board is involved
-  std::optional<std::size_t> station() const { return station_; }      // as its observations have it
+  std::optional<std::size_t> station() const { return station_; }      // as its observations have it; overlaps: here
   const std::vector<BlockId>& blocks() const { return blocks_; }
 
  protected:
@@ -88,7 +92,7 @@ Eigen::MatrixXd block_jacobian(const View& view, const ViewEvaluation& evaluatio
                                std::size_t index);
 
 // Views refer to the observations they are made from, which must outlive them. Order: corners, stripes,
-// features, LEDs.
+// features, LEDs, overlaps.
 // `board_of` is the state's.
 std::vector<std::unique_ptr<View>> make_views(const Observations& observations,
                                               const std::vector<std::size_t>& board_of);

@@ -41,6 +41,14 @@ SensorChain sensor_from_leds(const CalibrationState& state, std::size_t sensor, 
   chain.d_mount.setIdentity();
   if (!station) return chain;
   const Pose& world_from_probe = state.world_from_probe[*station];
+  if (state.rig.sensors[sensor].mount == Mount::probe) {
+    const Pose probe_from_world = world_from_probe.inverse();
+    const CompositionDerivative d = d_composed(sensor_from_mount, probe_from_world);
+    chain.pose = sensor_from_mount * probe_from_world;
+    chain.d_mount = d.d_left;
+    chain.d_station = d.d_right * d_inverse(world_from_probe);
+    return chain;
+  }
   const CompositionDerivative d = d_composed(sensor_from_mount, world_from_probe);
   chain.pose = sensor_from_mount * world_from_probe;
   chain.d_mount = d.d_left;

@@ -1,6 +1,7 @@
 // reconstruct: capture + rig -> clouds, a picture, summary.
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "cli/progress.h"
 #include "cli/reconstruct_summary.h"
 #include "cli/record.h"
+#include "cli/refined_stations.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/capture.h"
 #include "datasets/cloud_file.h"
@@ -20,6 +22,7 @@
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
 #include "datasets/station_pose.h"
+#include "recon/map_image.h"
 
 DEFINE_string(rig, "", "folder of the rig");
 DEFINE_string(estimator, "weighted",
@@ -30,6 +33,9 @@ DEFINE_string(
     "those that calibrate --starts writes: their clouds are posed by markers, scored and not written");
 DEFINE_string(pose, "pixels",
               "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
+DEFINE_bool(refine_stations, false,
+            "refine the poses of a tracked probe's stations together, from LEDs and from the surface where stations "
+            "overlap, the rig free under its own covariance; reads the images twice");
 DEFINE_bool(clean, true, "take noise, grazing and edge points out of every view");
 DEFINE_bool(merge, true,
             "fuse stations where they overlap into one cloud; of tracked captures with several stations, since others "
@@ -58,6 +64,7 @@ struct Choices {
 // A camera of the capture that the rig knows, with the capture's projector.
 struct Pair {
   std::string camera;
+  std::string projector;
   StationGeometry geometry;
 };
 
@@ -141,13 +148,20 @@ struct ComparedRig {
   Cloud cloud = {};
 };
 
+// Projectors that show the patterns at some station.
+std::vector<std::string> projectors_of(const Capture& capture) {
+  std::vector<std::string> names;
+  for (const Station& station : capture.stations) {
+    const std::string& name = capture.projector_at(station.id);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
 Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
   if (!capture.projector || capture.orientations.empty()) {
     return fail(fmt::format("{} has no stripe frames: there is nothing to reconstruct", capture.description.string()));
   }
-  const auto projector = matching_sensor(*capture.sensor(*capture.projector), rig);
-  if (!projector) return tl::unexpected(projector.error());
-  if (*projector == nullptr) return fail(fmt::format("{} has no sensor {}", FLAGS_rig, *capture.projector));
   std::vector<Pair> pairs;
   for (const CaptureSensor& wanted : capture.sensors) {
     if (wanted.kind != SensorKind::camera || !capture.sees_patterns(wanted.name)) continue;
@@ -157,8 +171,14 @@ Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
       log_warning(fmt::format("camera {} is left out: {} does not know it", wanted.name, FLAGS_rig));
       continue;
     }
-    pairs.push_back({wanted.name, StationGeometry((*camera)->lens, (*projector)->lens, (*camera)->sensor_from_mount,
-                                                  (*projector)->sensor_from_mount)});
+    for (const std::string& name : projectors_of(capture)) {
+      const auto projector = matching_sensor(*capture.sensor(name), rig);
+      if (!projector) return tl::unexpected(projector.error());
+      if (*projector == nullptr) return fail(fmt::format("{} has no sensor {}", FLAGS_rig, name));
+      pairs.push_back({wanted.name, name,
+                       StationGeometry((*camera)->lens, (*projector)->lens, (*camera)->sensor_from_mount,
+                                       (*projector)->sensor_from_mount)});
+    }
   }
   if (pairs.empty()) return fail(fmt::format("{} knows none of the capture's cameras", FLAGS_rig));
   return pairs;
@@ -202,12 +222,22 @@ class Reconstructor {
     for (ComparedRig& beside : compared) beside.assembly.emplace(assembly);
   }
 
+  // Where stations are, if that is known better than by each one's LEDs.
+  void place(std::map<std::string, StationPose> refined) { refined_ = std::move(refined); }
+
   // To be called before add() of a station: where the probe was, if it is tracked.
   void go_to(const std::string& station) {
-    if (tracked_) where_ = station_pose(capture_, rig_, station, choices_.pose);
+    const auto known = refined_.find(station);
+    if (known != refined_.end()) {
+      where_ = known->second;
+    } else if (tracked_) {
+      where_ = station_pose(capture_, rig_, station, choices_.pose);
+    }
+    if (tracked_ && where_) places_[station] = where_->constellation.pose.world_from_probe;
   }
 
   void add(const std::string& station, const Pair& pair) {
+    if (pair.projector != capture_.projector_at(station)) return;
     if (const auto exclusion = capture_.exclusion(station, pair.camera)) {
       return log_line(fmt::format("station {}, {} is excluded: {}", station, pair.camera, exclusion->reason));
     }
@@ -223,6 +253,34 @@ class Reconstructor {
       reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
                                       part.decoded_fraction, part.median_sigma_mm, part.orientations, removed});
     }
+  }
+
+  // After finish(): what cameras that see no patterns, such as thermal ones, show at each point of the main cloud.
+  Expected<void> map_images(const std::vector<std::string>& stations) {
+    Cloud& cloud = clouds.front().cloud;
+    std::vector<CloudColumn> columns;
+    for (const CaptureSensor& camera : capture_.sensors) {
+      const auto index = rig_.find(camera.name);
+      if (!camera.ambient_only || !index) continue;
+      if (!tracked_ && stations.size() > 1) {
+        log_warning(fmt::format("{} is not mapped: clouds of several stations are in no common frame", camera.name));
+        continue;
+      }
+      ImageMapper mapper(cloud);
+      for (const std::string& station : stations) {
+        const auto place = places_.find(station);
+        if ((tracked_ && place == places_.end()) || capture_.exclusion(station, camera.name)) continue;
+        const auto image = read_frame(capture_, camera.name, station, 0);
+        if (!image) return tl::unexpected(image.error());
+        const Pose probe_from_cloud = tracked_ ? place->second.inverse() : Pose{};
+        const Sensor& sensor = rig_.sensors[*index];
+        mapper.add(*image, sensor.lens, sensor.sensor_from_mount * probe_from_cloud);
+      }
+      columns.push_back({camera.name, mapper.values()});
+      columns.push_back({camera.name + "_views", mapper.views()});
+    }
+    cloud.columns = std::move(columns);
+    return {};
   }
 
   // After the last add().
@@ -261,7 +319,7 @@ class Reconstructor {
       auto part = reconstruct_readings(pair.geometry, *readings, options);
       if (!part) return tl::unexpected(part.error());
       if (parts.empty()) {
-        if (const auto done = add_compared(station, pair.camera, *readings, options); !done) {
+        if (const auto done = add_compared(station, pair, *readings, options); !done) {
           return tl::unexpected(done.error());
         }
       }
@@ -271,11 +329,12 @@ class Reconstructor {
   }
 
   // What the rigs beside make of the same readings.
-  Expected<void> add_compared(const std::string& station, const std::string& camera, const StationReadings& readings,
+  Expected<void> add_compared(const std::string& station, const Pair& of, const StationReadings& readings,
                               const StationOptions& options) {
     for (ComparedRig& beside : compared) {
-      const auto pair =
-          std::find_if(beside.pairs.begin(), beside.pairs.end(), [&](const Pair& p) { return p.camera == camera; });
+      const auto pair = std::find_if(beside.pairs.begin(), beside.pairs.end(), [&](const Pair& p) {
+        return p.camera == of.camera && p.projector == of.projector;
+      });
       if (pair == beside.pairs.end()) continue;
       const auto part = reconstruct_readings(pair->geometry, readings, options);
       if (!part) return fail(fmt::format("{}: {}", beside.name, part.error().message));
@@ -294,8 +353,31 @@ class Reconstructor {
   const Rig& rig_;
   const Choices& choices_;
   bool tracked_;
+  std::map<std::string, StationPose> refined_;
+  std::map<std::string, Pose> places_;  // world_from_probe of a tracked probe
   Expected<StationPose> where_ = StationPose{};
 };
+
+// Refines the stations and has them used. Where overlap contradicts the LEDs they stay where these put them, which is
+// said.
+void refine_places(const Capture& capture, const Rig& rig, const Choices& choices,
+                   const std::vector<std::string>& stations, const std::vector<Pair>& pairs, Reconstructor& work) {
+  std::vector<ScanningCamera> cameras;
+  for (const Pair& pair : pairs) {
+    cameras.push_back({pair.camera, *rig.find(pair.camera), *rig.find(pair.projector), &pair.geometry});
+  }
+  StationOptions options;
+  options.decode.bit_rule = choices.rule;
+  auto refined = refined_stations(capture, rig, stations, cameras, options);
+  if (!refined) {
+    log_warning("--refine_stations: stations stay where their LEDs put them: " + refined.error().message);
+    work.reconstruction.refined = {{"refused", refined.error().message}};
+    return;
+  }
+  work.place(std::move(refined->poses));
+  work.reconstruction.refined = std::move(refined->summary);
+  work.reconstruction.refined_text = std::move(refined->text);
+}
 
 // Deviations per cloud, in the world frame after one rigid move onto the surface; empty without --truth.
 Expected<std::vector<std::vector<Deviation>>> compare_with_truth(const std::optional<Scene>& scene,
@@ -364,10 +446,16 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   if (!choices) return usage_error(choices.error().message);
   if (!FLAGS_compare.empty() && FLAGS_truth.empty())
     return usage_error("--compare wants --truth: the rigs are compared with it");
+  if (FLAGS_refine_stations && choices->pose == PoseMethod::markers) {
+    return usage_error("--refine_stations wants --pose=pixels: markers have no uncertainty to refine under");
+  }
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   const auto rig = read_rig(FLAGS_rig);
   if (!rig) return tl::unexpected(rig.error());
+  if (FLAGS_refine_stations && !is_tracked(*capture, *rig)) {
+    return usage_error("--refine_stations wants a capture in which trackers see the probe's LEDs");
+  }
   const auto stations = chosen_stations(*capture);
   if (!stations) return tl::unexpected(stations.error());
   std::optional<Scene> scene;
@@ -384,6 +472,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   if (!folder) return tl::unexpected(folder.error());
 
   Reconstructor work(*capture, *rig, *choices, std::move(*compared), stations->size());
+  if (FLAGS_refine_stations) refine_places(*capture, *rig, *choices, *stations, *pairs, work);
   {
     Progress progress("reconstructing", stations->size() * pairs->size());
     for (const std::string& station : *stations) {
@@ -396,6 +485,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   }
   if (auto some = refuse_if_all_failed(work.reconstruction); !some) return tl::unexpected(some.error());
   if (auto done = work.finish(); !done) return tl::unexpected(done.error());
+  if (auto done = work.map_images(*stations); !done) return tl::unexpected(done.error());
   const auto deviations = compare_with_truth(scene, work);
   if (!deviations) return tl::unexpected(deviations.error());
 
@@ -424,6 +514,7 @@ Verb reconstruct_verb() {
           "Reconstructs every camera that the rig knows, station after station: in the probe frame or, where trackers "
           "watch the probe's LEDs, in the world frame, with overlapping stations fused by their uncertainties. Writes "
           "cloud.ply by the first estimator, cloud_NAME.ply by each further one, picture.png and summary.json. "
+          "What cameras without patterns show, such as thermal ones, is mapped to the points of the first cloud. "
           "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
           "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "
           "stations failed and the others are written.",
@@ -432,8 +523,8 @@ Verb reconstruct_verb() {
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "clean", "merge", "spacing",
-                "smooth", "compare", "truth", "threads", "overwrite", "json"},
+      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "refine_stations", "clean",
+                "merge", "spacing", "smooth", "compare", "truth", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_reconstruct};
 }

@@ -1,0 +1,139 @@
+// Stations refined together: a made car side, scanned by a probe whose rig a made campaign calibrated.
+#include "calib/refine_stations.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include "calib/calibrate.h"
+#include "tests/calib/made_car.h"
+
+namespace crumple {
+namespace {
+
+constexpr MadeCarOptions kOptions{.campaign_stations = 12, .tracker_boards = 12, .columns = 4, .rows = 1, .balls = 0};
+
+// A rig by its own campaign, and a car measured with it.
+struct Measured {
+  Rig rig;
+  MadeCar car;
+  std::vector<ObservedStation> stations;
+};
+
+Expected<Measured> measured(MadeCarOptions options, unsigned seed) {
+  const MadeCampaign campaign = make_car_campaign(options, seed);
+  const auto calibration = refine(campaign.truth, campaign.observations, {.reject_outliers = false, .threads = 2});
+  if (!calibration) return tl::unexpected(calibration.error());
+  Measured result{calibration->state.rig, make_car(options, 100 + seed), {}};
+  result.rig.covariance = rig_covariance(*calibration);
+  auto placed = placed_by(result.rig, result.car, options.led_sigma_px);
+  if (!placed) return tl::unexpected(placed.error());
+  result.stations = std::move(*placed);
+  return result;
+}
+
+const StationRefinementOptions kIndependent{.overlap_inflation = 1, .threads = 2};
+
+// From one station's frame to another's: what the frame of the world does not touch.
+double relative_error_mm(const std::vector<Pose>& found, const std::vector<Pose>& truth) {
+  double squares = 0;
+  for (std::size_t s = 0; s + 1 < truth.size(); ++s) {
+    const Eigen::Vector3d ahead(0, 0, 800);
+    const Eigen::Vector3d is = found[s].inverse() * (found[s + 1] * ahead);
+    squares += (is - truth[s].inverse() * (truth[s + 1] * ahead)).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(truth.size() - 1));
+}
+
+TEST(RefineStations, IsNeverWorseThanLedsAloneAndAsItsCovarianceSays) {
+  double square = 0;
+  int degrees = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const auto data = measured(kOptions, seed);
+    ASSERT_TRUE(data) << data.error().message;
+    const auto refined = refine_stations(data->rig, data->stations, {}, kIndependent);
+    ASSERT_TRUE(refined) << refined.error().message;
+    EXPECT_EQ(refined->overlaps, 3U);
+    std::vector<Pose> by_leds, found;
+    for (std::size_t s = 0; s < data->stations.size(); ++s) {
+      by_leds.push_back(data->stations[s].world_from_probe);
+      found.push_back(refined->stations[s].world_from_probe);
+      EXPECT_LT(refined->stations[s].covariance.trace(), refined->stations[s].covariance_by_leds.trace());
+      const Vector6d error = local_step(data->car.truth.world_from_probe[s], found.back());
+      square += error.dot(refined->stations[s].covariance.ldlt().solve(error));
+      degrees += 6;
+    }
+    EXPECT_LT(relative_error_mm(found, data->car.truth.world_from_probe),
+              relative_error_mm(by_leds, data->car.truth.world_from_probe))
+        << "seed " << seed;
+  }
+  // Stations of one seed share the rig's error: fewer independent ones than there are degrees.
+  EXPECT_NEAR(square / degrees, 1, 0.6);
+}
+
+TEST(RefineStations, TargetsTellMore) {
+  MadeCarOptions options = kOptions;
+  options.targets_per_overlap = 6;
+  const auto data = measured(options, 7);
+  ASSERT_TRUE(data) << data.error().message;
+  EXPECT_FALSE(refine_stations(data->rig, data->stations, {}, kIndependent));  // readings of targets that are not given
+  auto untargeted = data->stations;
+  for (ObservedStation& station : untargeted) station.targets.clear();
+  const auto without = refine_stations(data->rig, untargeted, {}, kIndependent);
+  ASSERT_TRUE(without) << without.error().message;
+  const auto with = refine_stations(data->rig, data->stations, data->car.targets, kIndependent);
+  ASSERT_TRUE(with) << with.error().message;
+  EXPECT_EQ(with->targets.size(), data->car.targets.size());
+  for (std::size_t s = 0; s < data->stations.size(); ++s) {
+    EXPECT_LT(with->stations[s].covariance.trace(), without->stations[s].covariance.trace()) << s;
+  }
+}
+
+TEST(RefineStations, OverlapAloneIsRefused) {
+  auto data = measured(kOptions, 3);
+  ASSERT_TRUE(data) << data.error().message;
+  auto stations = data->stations;
+  for (ObservedStation& station : stations) station.readings.clear();
+  const auto refused = refine_stations(data->rig, stations, {}, kIndependent);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("overlap alone"), std::string::npos) << refused.error().message;
+  data->rig.covariance = {};
+  EXPECT_FALSE(refine_stations(data->rig, data->stations, {}, kIndependent));
+}
+
+// A door that was opened between two stations: its surface agrees with itself and not with the LEDs.
+TEST(RefineStations, ASurfaceThatMovedIsRefused) {
+  auto data = measured(kOptions, 3);
+  ASSERT_TRUE(data) << data.error().message;
+  const Eigen::Vector3d aside(0, 0, 6);
+  for (std::size_t s = 2; s < 4; ++s) {
+    for (SurfacePatch& patch : data->stations[s].surfaces[0].patches) {
+      // As if decoded farther away: 6 mm of 800 are 3.5 px.
+      patch.coordinate_px -= 3.5;
+      patch.position_mm += aside;
+    }
+  }
+  const auto refused = refine_stations(data->rig, data->stations, {}, kIndependent);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("contradict"), std::string::npos) << refused.error().message;
+}
+
+TEST(RefineStations, TheSameBitsAtAnyThreadCount) {
+  const auto data = measured(kOptions, 2);
+  ASSERT_TRUE(data) << data.error().message;
+  StationRefinementOptions one = kIndependent, three = kIndependent;
+  one.threads = 1;
+  three.threads = 3;
+  const auto a = refine_stations(data->rig, data->stations, {}, one);
+  const auto b = refine_stations(data->rig, data->stations, {}, three);
+  ASSERT_TRUE(a && b);
+  for (std::size_t s = 0; s < a->stations.size(); ++s) {
+    EXPECT_EQ(a->stations[s].world_from_probe.translation, b->stations[s].world_from_probe.translation);
+    EXPECT_EQ(a->stations[s].covariance, b->stations[s].covariance);
+  }
+}
+
+}  // namespace
+}  // namespace crumple
