@@ -6,9 +6,9 @@
 #include <set>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "solvers/decompositions.h"
 #include "solvers/parameters.h"
 
 namespace crumple {
@@ -44,13 +44,11 @@ Expected<Prior> Prior::create(std::string name, std::vector<PriorTerm> terms, Ca
   if (std::set<PriorTerm>(terms.begin(), terms.end()).size() != terms.size()) {
     return fail(fmt::format("{}: a parameter is given twice", name));
   }
-  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
-  if (llt.info() != Eigen::Success || !covariance.allFinite()) {
+  auto root = inverse_cholesky_factor(covariance);
+  if (!root || !covariance.allFinite()) {
     return fail(fmt::format("{}: its covariance is not positive definite", name));
   }
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
-  llt.matrixL().solveInPlace(root);
-  return Prior(std::move(name), std::move(terms), std::move(about), std::move(root));
+  return Prior(std::move(name), std::move(terms), std::move(about), *std::move(root));
 }
 
 Prior Prior::as_weak() const {
@@ -59,12 +57,7 @@ Prior Prior::as_weak() const {
   return prior;
 }
 
-Eigen::VectorXd Prior::sigmas() const {
-  return root_.triangularView<Eigen::Lower>()
-      .solve(Eigen::MatrixXd::Identity(root_.rows(), root_.cols()))
-      .rowwise()
-      .norm();
-}
+Eigen::VectorXd Prior::sigmas() const { return inverse_lower(root_).rowwise().norm(); }
 
 WhitenedPrior Prior::evaluate(const CalibrationState& state) const {
   const auto count = static_cast<Eigen::Index>(terms_.size());
