@@ -5,8 +5,9 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -35,7 +36,7 @@ Eigen::Matrix3d broad_side(const Cloud& cloud, const Eigen::Vector3d& centre) {
     const Eigen::Vector3d d = point.position_mm - centre;
     scatter += d * d.transpose();
   }
-  Eigen::Vector3d away = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
+  Eigen::Vector3d away = symmetric_eigen3(scatter).vectors.col(0);
   if (away.dot(centre) < 0) away = -away;
   // Upright: the frame's y is down, unless the cloud is looked at along it.
   Eigen::Vector3d down = Eigen::Vector3d::UnitY() - away.y() * away;

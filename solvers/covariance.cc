@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "solvers/decompositions.h"
@@ -47,9 +46,9 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
       return fail(fmt::format("the pose of {} {} is not determined by its observations",
                               pose.kind == BlockId::Kind::station ? "station" : "board placement", pose.index));
     }
-    const Matrix6d inverse = scale.asDiagonal() *
-                             (eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose()) *
-                             scale.asDiagonal();
+    const Eigen::MatrixXd weighted = eigen.vectors * eigen.values.cwiseInverse().asDiagonal();
+    const Matrix6d spectral = weighted.lazyProduct(eigen.vectors.transpose());
+    const Matrix6d inverse = scale.asDiagonal() * spectral * scale.asDiagonal();
     const auto& coupling = equations.eliminated()[p].coupling;
     result.pose_inverse_.push_back(inverse);
     result.gain_.push_back(coupling * inverse);
@@ -74,7 +73,7 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
                     result.weakest_direction_));
   }
   result.condition_ = eigen.values.tail<1>()[0] / eigen.values[0];
-  const Eigen::MatrixXd inverse = equilibrated.llt().solve(Eigen::MatrixXd::Identity(schur.rows(), schur.cols()));
+  const Eigen::MatrixXd inverse = inverse_positive(equilibrated);
   result.common_ = scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
   return result;
 }
@@ -92,9 +91,7 @@ void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
   const Eigen::MatrixXd root = reduced_square_root(views, parameters_, evaluate, priors, state, threads);
   const Eigen::VectorXd scale = root.colwise().norm().transpose().cwiseInverse();
   const Eigen::MatrixXd equilibrated = root * scale.asDiagonal();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(root.rows(), root.cols());
-  equilibrated.triangularView<Eigen::Upper>().solveInPlace(inverse);
-  inverse = scale.asDiagonal() * inverse;
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * inverse_upper(equilibrated);
   common_.noalias() = inverse * inverse.transpose();
 }
 

@@ -1,6 +1,7 @@
 #include "solvers/decompositions.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -14,9 +15,20 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix) {
   return {eigen.eigenvalues(), eigen.eigenvectors()};
 }
 
+SymmetricEigen3 symmetric_eigen3(const Eigen::Matrix3d& matrix) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(matrix);
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
 RightSingular right_singular(const Eigen::MatrixXd& matrix) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(matrix, Eigen::ComputeFullV);
   return {svd.singularValues(), svd.matrixV()};
+}
+
+OrthogonalTriangular orthogonal_triangular(const Eigen::MatrixXd& matrix) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(matrix);
+  return {qr.householderQ(),
+          qr.matrixQR().topRows(std::min(matrix.rows(), matrix.cols())).triangularView<Eigen::Upper>()};
 }
 
 Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& matrix) {
@@ -37,6 +49,48 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::Vector
 
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
   return matrix.ldlt().solve(right);
+}
+
+std::optional<Eigen::VectorXd> solve_positive(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(matrix);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  return llt.solve(right);
+}
+
+Eigen::MatrixXd inverse_positive(const Eigen::MatrixXd& matrix) {
+  return matrix.llt().solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
+}
+
+std::optional<Eigen::MatrixXd> inverse_cholesky_factor(const Eigen::MatrixXd& matrix) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(matrix);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
+  llt.matrixL().solveInPlace(inverse);
+  return inverse;
+}
+
+Eigen::MatrixXd inverse_lower(const Eigen::MatrixXd& matrix) {
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
+  matrix.triangularView<Eigen::Lower>().solveInPlace(inverse);
+  return inverse;
+}
+
+Eigen::MatrixXd inverse_upper(const Eigen::MatrixXd& matrix) {
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
+  matrix.triangularView<Eigen::Upper>().solveInPlace(inverse);
+  return inverse;
+}
+
+std::optional<Eigen::MatrixXd> inverse_gram(const Eigen::MatrixXd& a, double least_pivot) {
+  const Eigen::VectorXd scale = a.colwise().norm().transpose().cwiseInverse();
+  if (!scale.allFinite()) return std::nullopt;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a * scale.asDiagonal());
+  const Eigen::Index n = a.cols();
+  if (std::abs(qr.matrixR()(n - 1, n - 1)) < least_pivot * std::abs(qr.matrixR()(0, 0))) return std::nullopt;
+  const auto root = qr.matrixR().topLeftCorner(n, n).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd inverse_root =
+      scale.asDiagonal() * (qr.colsPermutation() * root.solve(Eigen::MatrixXd::Identity(n, n)));
+  return inverse_root * inverse_root.transpose();
 }
 
 }  // namespace crumple

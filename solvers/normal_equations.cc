@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "solvers/decompositions.h"
 #include "solvers/parallel.h"
 #include "solvers/view_partition.h"
 
@@ -194,9 +195,9 @@ std::optional<DampedStep> NormalEquations::solve(double damping, int threads) co
     schur -= part.information;
     right += part.gradient;
   }
-  const Eigen::LLT<Eigen::MatrixXd> llt(schur);
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  const Eigen::VectorXd common = llt.solve(right);
+  const auto solution = solve_positive(schur, right);
+  if (!solution) return std::nullopt;
+  const Eigen::VectorXd& common = *solution;
 
   DampedStep step{Eigen::VectorXd(parameters_->size())};
   step.tangent.head(n) = scale.cwiseProduct(common);

@@ -6,9 +6,9 @@
 #include <set>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "solvers/decompositions.h"
 #include "solvers/parameters.h"
 
 namespace crumple {
@@ -30,13 +30,11 @@ BlockDifference difference_of(const BlockId& block, const CalibrationState& abou
 
 // L^-1 of L L' = covariance.
 Expected<Eigen::MatrixXd> whitening_root(const std::string& name, const Eigen::MatrixXd& covariance) {
-  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
-  if (llt.info() != Eigen::Success || !covariance.allFinite()) {
+  auto root = inverse_cholesky_factor(covariance);
+  if (!root || !covariance.allFinite()) {
     return fail(fmt::format("{}: its covariance is not positive definite", name));
   }
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
-  llt.matrixL().solveInPlace(root);
-  return root;
+  return *std::move(root);
 }
 
 }  // namespace
@@ -82,12 +80,7 @@ Prior Prior::as_weak() const {
   return prior;
 }
 
-Eigen::VectorXd Prior::sigmas() const {
-  return root_.triangularView<Eigen::Lower>()
-      .solve(Eigen::MatrixXd::Identity(root_.rows(), root_.cols()))
-      .rowwise()
-      .norm();
-}
+Eigen::VectorXd Prior::sigmas() const { return inverse_lower(root_).rowwise().norm(); }
 
 WhitenedPrior Prior::evaluate(const CalibrationState& state) const {
   return distances_.empty() ? evaluate_terms(state) : evaluate_distances(state);

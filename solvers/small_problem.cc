@@ -2,9 +2,10 @@
 
 #include <cmath>
 
-#include <Eigen/QR>
 #include <ceres/ceres.h>
 #include <fmt/format.h>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -51,19 +52,6 @@ ceres::Solver::Options solver_options(int max_iterations) {
   return options;
 }
 
-// (J'J)^-1 by the QR factor of J with unit columns.
-std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& jacobian) {
-  const Eigen::VectorXd scale = jacobian.colwise().norm().transpose().cwiseInverse();
-  if (!scale.allFinite()) return std::nullopt;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian * scale.asDiagonal());
-  const Eigen::Index n = jacobian.cols();
-  const auto root = qr.matrixR().topLeftCorner(n, n).triangularView<Eigen::Upper>();
-  if (std::abs(qr.matrixR()(n - 1, n - 1)) < kUndetermined * std::abs(qr.matrixR()(0, 0))) return std::nullopt;
-  const Eigen::MatrixXd inverse_root =
-      scale.asDiagonal() * (qr.colsPermutation() * root.solve(Eigen::MatrixXd::Identity(n, n)));
-  return inverse_root * inverse_root.transpose();
-}
-
 }  // namespace
 
 Expected<SmallSolution> solve(const SmallProblem& problem, const Eigen::VectorXd& start,
@@ -87,7 +75,7 @@ Expected<SmallSolution> solve(const SmallProblem& problem, const Eigen::VectorXd
   if (!problem.evaluate(solution.x, residuals, &jacobian)) return fail("the fit ended where the model has no value");
   solution.sum_of_squares = residuals.squaredNorm();
   solution.sigma = options.sigma ? *options.sigma : std::sqrt(solution.sum_of_squares / redundancy);
-  const auto inverse = inverse_information(jacobian);
+  const auto inverse = inverse_gram(jacobian, kUndetermined);
   if (!inverse) return fail("the data do not determine all parameters of the fit");
   solution.covariance = solution.sigma * solution.sigma * *inverse;
   return solution;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -33,10 +33,9 @@ Expected<Plane> fit_plane(const std::vector<Eigen::Vector3d>& points) {
   plane.point /= static_cast<double>(points.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& p : points) scatter += (p - plane.point) * (p - plane.point).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-  if (!(eigen.eigenvalues()[1] > 1e-12 * eigen.eigenvalues()[2]))
-    return fail("the points lie on a line, not on a plane");
-  plane.normal = eigen.eigenvectors().col(0);
+  const SymmetricEigen3 eigen = symmetric_eigen3(scatter);
+  if (!(eigen.values[1] > 1e-12 * eigen.values[2])) return fail("the points lie on a line, not on a plane");
+  plane.normal = eigen.vectors.col(0);
   return plane;
 }
 

@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "solvers/decompositions.h"
 
@@ -30,9 +29,8 @@ Eigen::Matrix4d normalising_similarity_3d(const std::vector<Eigen::Vector3d>& po
 // m = K R with K upper triangular, positive diagonal, and R a rotation, from the QR of the reversed inverse order.
 void rq(const Eigen::Matrix3d& m, Eigen::Matrix3d& k, Eigen::Matrix3d& r) {
   const Eigen::Matrix3d reverse = Eigen::Vector3d::Ones().asDiagonal().toDenseMatrix().rowwise().reverse();
-  const Eigen::HouseholderQR<Eigen::Matrix3d> qr((reverse * m).transpose());
-  const Eigen::Matrix3d q = qr.householderQ();
-  const Eigen::Matrix3d upper = qr.matrixQR().triangularView<Eigen::Upper>();
+  const OrthogonalTriangular qr = orthogonal_triangular((reverse * m).transpose());
+  const Eigen::Matrix3d q = qr.q, upper = qr.r;
   k = reverse * upper.transpose() * reverse;
   r = reverse * q.transpose();
   const Eigen::Matrix3d signs = k.diagonal().cwiseSign().asDiagonal();

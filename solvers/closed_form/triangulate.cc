@@ -6,8 +6,9 @@
 #include <optional>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -63,13 +64,13 @@ Expected<Eigen::Vector3d> nearest_to_rays(const std::vector<Eigen::Vector3d>& or
     sum += across;
     right += across * origins[i];
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(sum);
-  const double smallest = eigen.eigenvalues()[0];
+  const SymmetricEigen3 eigen = symmetric_eigen3(sum);
+  const double smallest = eigen.values[0];
   if (origins.size() < 2 || !(smallest > kParallelRays * static_cast<double>(origins.size()))) {
     return fail("the rays are parallel, so they meet nowhere: look from sensors that stand further apart");
   }
-  return Eigen::Vector3d(eigen.eigenvectors() * (eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                                                 (eigen.eigenvectors().transpose() * right)));
+  return Eigen::Vector3d(eigen.vectors *
+                         (eigen.values.cwiseInverse().asDiagonal() * (eigen.vectors.transpose() * right)));
 }
 
 Expected<TriangulatedPoint> triangulate(const std::vector<Sighting>& sightings) {
@@ -103,16 +104,15 @@ Expected<TriangulatedPoint> triangulate(const std::vector<Sighting>& sightings) 
     if (gained <= 1e-12 * (1e-12 + at->chi_square)) break;
   }
   result.chi_square = at->chi_square;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(at->information);
+  const SymmetricEigen3 eigen = symmetric_eigen3(at->information);
   const double distance_mm = nearest_distance_mm(sightings, result.point_mm);
-  const double largest_variance = 1 / eigen.eigenvalues()[0];
+  const double largest_variance = 1 / eigen.values[0];
   if (!(largest_variance > 0 && std::sqrt(largest_variance) < kUncertainShare * distance_mm)) {
     return fail(
         "the rays are so nearly parallel for the uncertainty of the pixels that the point's distance is open: look "
         "from sensors that stand further apart");
   }
-  result.covariance_mm2 =
-      eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  result.covariance_mm2 = eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
   return result;
 }
 
