@@ -1,5 +1,7 @@
 // The joint refinement's speed beside mrcal's, OpenCV's and Ceres's on the same observations, and how time and memory
 // grow with the number of boards.
+#include "solvers/bundle.h"
+
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -17,9 +19,11 @@
 #include "tests/benchmark/mrcal_peer.h"
 #include "tests/benchmark/report.h"
 #include "tests/solvers/ceres_minimise.h"
+#include "tests/solvers/made_system.h"
 
 DEFINE_int32(turns, 5, "times that ours and the peer run, in turns; the best counts");
 DEFINE_int32(threads, 2, "ours; the peers run as they come");
+DEFINE_int32(most_stations, 1000, "of the whole system, likewise");
 DEFINE_int32(most_boards, 5000, "of the campaigns that show how time grows; 0 leaves them out");
 
 namespace crumple {
@@ -219,9 +223,32 @@ void growth(std::vector<BenchRow>& rows) {
   }
 }
 
+// The whole system: four trackers, eight LEDs, camera and projector, stripes and corners at every station; gates, noise
+// of every group and the covariance included.
+void growth_of_chain(std::vector<BenchRow>& rows) {
+  for (const int stations : {30, 125, 250, 500, 1000}) {
+    if (stations > FLAGS_most_stations) continue;
+    const MadeSystem made =
+        make_system({.trackers = 4, .leds = 8, .stations = stations, .placements = 3, .tracker_placements = 20});
+    const CalibrationState start = disturbed_system(made.truth, 5);
+    int rounds = 0;
+    const double seconds = seconds_of([&] {
+      const auto result = refine(start, made.observations, {.threads = FLAGS_threads});
+      if (!result) throw std::runtime_error("chain: " + result.error().message);
+      rounds = result->rounds;
+    });
+    fmt::print(stderr, "chain of {} stations: {} rounds, {:.2f} s per 1000 stations and round, peak memory {:.2f} GB\n",
+               stations, rounds, 1000 * seconds / stations / rounds, peak_memory_GB());
+    rows.push_back(
+        {fmt::format("refine the chain: {} stations, 4 trackers, 8 LEDs, {} threads", stations, FLAGS_threads), "",
+         seconds});
+  }
+}
+
 void run() {
   std::vector<BenchRow> rows;
-  growth(rows);  // first: its peak of memory is the program's so far
+  growth_of_chain(rows);  // first these two: their peak of memory is the program's so far
+  growth(rows);
   against_mrcal({.cameras = 1}, {FLAGS_threads, 1}, rows);
   against_mrcal({.cameras = 4}, {FLAGS_threads, 1}, rows);
   against_one_thread(rows);

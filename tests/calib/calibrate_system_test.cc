@@ -48,6 +48,7 @@ INSTANTIATE_TEST_SUITE_P(
     AnyPart, CalibrateSystem,
     testing::Values(
         SystemCase{"Whole", {.stations = 12, .placements = 2}},
+        SystemCase{"TwoCamerasAndTwoProjectors", {.second_pair = true, .stations = 14}},
         SystemCase{"MovedTrackers", {.projector = false, .stations = 20, .room_leds = 6, .moved_trackers = true}},
         SystemCase{"MovedTrackersTiedByTheBoard", {.projector = false, .stations = 20, .moved_trackers = true}},
         SystemCase{"OneTracker", {.trackers = 1, .projector = false, .stations = 14}},

@@ -10,7 +10,7 @@
 namespace crumple {
 namespace {
 
-StationGeometry geometry() {
+StationGeometry two_sensors() {
   const Lens camera = *Lens::undistorted("LENSMODEL_PINHOLE", {320, 240}, 1400, 1400, Eigen::Vector2d(159, 121));
   const Lens projector = *Lens::undistorted("LENSMODEL_PINHOLE", {400, 300}, 1400, 1400, Eigen::Vector2d(200, 150));
   const Pose proj_from_cam{rotation_from_vector({0, 0.25, 0}), {-180, 4, 10}};
@@ -36,7 +36,7 @@ StripeCoordinates coordinates_of(const StationGeometry& g, const Eigen::Vector3d
 }
 
 TEST(SurfacePatches, LieOnThePlaneWithItsNormalAndNotOnAStep) {
-  const StationGeometry g = geometry();
+  const StationGeometry g = two_sensors();
   const Eigen::Vector3d normal = Eigen::Vector3d(0.2, -0.1, 1).normalized();
   const auto patches = surface_patches(g, {.angle_rad = 0, .stripe_width_px = 1}, coordinates_of(g, normal, 700, 160));
   EXPECT_GT(patches.size(), 900U);

@@ -58,7 +58,8 @@ class Maker {
         {name, kind, *Lens::create("LENSMODEL_OPENCV5", size, std::move(parameters)), pose, mount});
   }
 
-  std::size_t first_tracker() const { return options_.projector ? 2 : 1; }
+  std::size_t cameras() const { return options_.second_pair ? 2 : 1; }
+  std::size_t first_tracker() const { return cameras() * (options_.projector ? 2 : 1); }
 
   // Moved about the middle of the volume, upright.
   void add_tracker(int t, double moved_rad) {
@@ -104,10 +105,20 @@ class Maker {
   void make_rig() {
     add_sensor("cam0", SensorKind::camera, Mount::probe, {1024, 768},
                {1402, 1401, 518, 378, -0.11, 0.09, 6e-4, -4e-4, -0.02}, {});
+    if (options_.second_pair) {
+      const Pose probe_from_camera = world_from_onlooker({-180, 40, 20}, {0, 0, kProbeDistance_mm}, 0.05);
+      add_sensor("cam1", SensorKind::camera, Mount::probe, {1024, 768},
+                 {1300, 1302, 505, 390, -0.1, 0.08, -4e-4, 3e-4, 0.01}, probe_from_camera.inverse());
+    }
     if (options_.projector) {
       const Pose probe_from_projector = world_from_onlooker({250, 6, -12}, {0, 0, kProbeDistance_mm}, -0.03);
       add_sensor("proj0", SensorKind::projector, Mount::probe, {1024, 768},
                  {1497, 1498, 509, 450, -0.046, 0.031, -3e-4, 5e-4, 0}, probe_from_projector.inverse());
+    }
+    if (options_.projector && options_.second_pair) {
+      const Pose probe_from_projector = world_from_onlooker({30, -220, 8}, {0, 0, kProbeDistance_mm}, 0.02);
+      add_sensor("proj1", SensorKind::projector, Mount::probe, {1024, 768},
+                 {1450, 1452, 515, 430, -0.05, 0.03, 2e-4, 1e-4, 0}, probe_from_projector.inverse());
     }
     for (int t = 0; t < options_.trackers; ++t) add_tracker(t, 0);
     for (int t = 0; options_.moved_trackers && t < options_.trackers; ++t) {
@@ -162,8 +173,11 @@ class Maker {
       if (watches(s, station)) see_leds(s, station);
     }
     if (!scan) return;
-    see_board(0, placement, station);
-    if (options_.projector) see_stripes(placement, station);
+    for (std::size_t camera = 0; camera < cameras(); ++camera) {
+      see_board(camera, placement, station);
+      const std::size_t projector = cameras() + (options_.second_pair ? station % 2 : 0);
+      if (options_.projector) see_stripes(camera, projector, placement, station);
+    }
   }
 
   void show_to_trackers() {
@@ -211,14 +225,14 @@ class Maker {
     if (view.corners.size() >= 12) made_.observations.corners.push_back(view);
   }
 
-  void see_stripes(std::size_t placement, std::size_t station) {
-    const Lens& camera = made_.truth.rig.sensors[0].lens;
-    const Lens& projector = made_.truth.rig.sensors[1].lens;
+  void see_stripes(std::size_t camera_index, std::size_t projector_index, std::size_t placement, std::size_t station) {
+    const Lens& camera = made_.truth.rig.sensors[camera_index].lens;
+    const Lens& projector = made_.truth.rig.sensors[projector_index].lens;
     const Board& board = made_.truth.board_at(placement);
-    const Pose camera_from_board = sensor_from_board_pose(made_.truth, 0, placement, station);
-    const Pose projector_from_board = sensor_from_board_pose(made_.truth, 1, placement, station);
-    StripeView columns{0, 1, placement, Eigen::Vector2d::UnitX(), {}, {}, station};
-    StripeView rows{0, 1, placement, Eigen::Vector2d::UnitY(), {}, {}, station};
+    const Pose camera_from_board = sensor_from_board_pose(made_.truth, camera_index, placement, station);
+    const Pose projector_from_board = sensor_from_board_pose(made_.truth, projector_index, placement, station);
+    StripeView columns{camera_index, projector_index, placement, Eigen::Vector2d::UnitX(), {}, {}, station};
+    StripeView rows{camera_index, projector_index, placement, Eigen::Vector2d::UnitY(), {}, {}, station};
     for (int i = 0; i < board.point_count(); ++i) {
       const Eigen::Vector3d point =
           board.on_surface(board.nominal_mm()[static_cast<std::size_t>(i)] + Eigen::Vector2d(9, 11));

@@ -1,7 +1,8 @@
 // A made tracked system and what it observes, with noise but without images: a probe with a camera, a projector and
 // LEDs is moved about before boards, trackers see the LEDs, and a larger board is shown to the trackers alone.
 //
-// World frame: that of the first tracker, z forward, y down. Sensors: "cam0", "proj0" (where asked for), "track0", ...
+// World frame: that of the first tracker, z forward, y down. Sensors: "cam0", "proj0" (where asked for), "track0", ...;
+// with a second pair "cam0", "cam1", "proj0", "proj1", "track0", ...
 // Boards: 0 for the probe, 1 for the trackers. Placements: first the probe's, then the trackers'.
 #pragma once
 
@@ -19,6 +20,7 @@ struct MadeSystemOptions {
   int leds = 5;
   double led_spread_mm = 250;
   bool projector = true;
+  bool second_pair = false;     // "cam1" and "proj1" too; at every second station proj1 lights the board
   int stations = 20;            // of the probe before a board, taking turns at the placements
   int placements = 1;           // of the probe's board
   int wand_stations = 0;        // LEDs only

@@ -82,6 +82,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Parts{"Whole", {}}, Parts{"ManyPlacements", {.stations = 24, .placements = 12}},
                     Parts{"OneTracker", {.trackers = 1, .stations = 15}},
                     Parts{"FourTrackersAndAWand", {.trackers = 4, .leds = 8, .stations = 12, .wand_stations = 20}},
+                    Parts{"TwoCamerasAndTwoProjectors", {.second_pair = true, .stations = 16}},
                     Parts{"NoProjector", {.projector = false}}, Parts{"RoomReferences", {.room_leds = 6}},
                     Parts{"MovedTrackers", {.room_leds = 6, .moved_trackers = true}}),
     [](const auto& of_case) { return of_case.param.name; });
