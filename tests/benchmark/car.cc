@@ -282,7 +282,8 @@ Expected<void> by_leds_alone(const Rig& rig, const MadeCar& car, const std::vect
 
 // With S the covariance of everything and J the whitened Jacobian of one source's observations, |J S g'|^2 is that
 // source's share of the variance g S g', and the shares of all sources add up to it.
-Expected<void> by_refinement(const Rig& rig, const MadeCar& car, const StationRefinement& refined, Way& way) {
+Expected<void> by_refinement(const Rig& rig, const MadeCar& car, const StationRefinement& refined,
+                             double overlap_inflation, Way& way) {
   const CalibrationState& state = refined.bundle.state;
   const auto distances = ball_distances(state.rig, state.world_from_probe, car, kLeastDistance_mm);
   if (!distances) return tl::unexpected(distances.error());
@@ -310,12 +311,13 @@ Expected<void> by_refinement(const Rig& rig, const MadeCar& car, const StationRe
       return g.sensor == views[v]->sensor() && g.kind == views[v]->kind();
     });
     const int dimension = views[v]->dimension();
+    const double inflation = views[v]->kind() == View::Kind::overlaps ? overlap_inflation : 1;
     for (int i = 0; i < views[v]->size(); ++i) {
       if (!refined.bundle.views[v].inlier[static_cast<std::size_t>(i)]) continue;
       const bool target = views[v]->kind() == View::Kind::leds && rig.sensors[views[v]->sensor()].mount == Mount::probe;
       const std::string source = target ? "targets" : views[v]->kind() == View::Kind::leds ? "LED noise" : "overlap";
       way.budget[source] +=
-          change.middleRows(dimension * i, dimension).squaredNorm() / (group->sigma_px * group->sigma_px);
+          change.middleRows(dimension * i, dimension).squaredNorm() / (inflation * group->sigma_px * group->sigma_px);
     }
   }
   for (const Prior& prior : refined.priors) {
@@ -346,11 +348,12 @@ Expected<void> run_seed(const NamedCarRig& named, unsigned seed, Ways& ways) {
   for (ObservedStation& station : without_targets) station.targets.clear();
   const auto overlap = refine_stations(*rig, without_targets, {}, refinement);
   if (!overlap) return tl::unexpected(overlap.error());
-  if (auto done = by_refinement(*rig, car, *overlap, ways["2 and overlap"]); !done) return done;
+  if (auto done = by_refinement(*rig, car, *overlap, refinement.overlap_inflation, ways["2 and overlap"]); !done)
+    return done;
   if (named.targets_per_overlap == 0) return {};
   const auto targets = refine_stations(*rig, *stations, car.targets, refinement);
   if (!targets) return tl::unexpected(targets.error());
-  return by_refinement(*rig, car, *targets, ways["3 and targets"]);
+  return by_refinement(*rig, car, *targets, refinement.overlap_inflation, ways["3 and targets"]);
 }
 
 Json print_ways(const std::string& rig, const Ways& ways) {
