@@ -19,6 +19,7 @@
 
 #include "calib/calibrate.h"
 #include "calib/refine_stations.h"
+#include "calib/scale_bar.h"
 #include "solvers/parameters.h"
 #include "tests/benchmark/car_distances.h"
 #include "tests/calib/made_car.h"
@@ -67,32 +68,12 @@ struct Way {
   double sigma() const { return std::sqrt(predicted / count); }
 };
 
-// The length of one bar that was shown at many poses, known to sigma: as if all else of its lights were known to a
-// centimetre, about a state whose bars have that length and the directions that observations give them. Off by the
-// square of what these are off: nanometres.
-Prior bar_prior(CalibrationState about, const std::vector<MadeBar>& bars, double sigma_mm) {
-  constexpr double kWide_mm = 10, kOwn_mm = 0.001;  // of each pose: a mount, a bend
-  const auto count = static_cast<Eigen::Index>(bars.size());
-  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(6 * count, count);
-  std::vector<PriorTerm> terms;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const MadeBar& bar = bars[static_cast<std::size_t>(i)];
-    Eigen::Vector3d &a = about.rig.leds[bar.first_led].position_mm, &b = about.rig.leds[bar.second_led].position_mm;
-    const Eigen::Vector3d direction = (b - a).normalized(), middle = 0.5 * (a + b);
-    a = middle - 0.5 * bar.length_mm * direction;
-    b = middle + 0.5 * bar.length_mm * direction;
-    directions.block<3, 1>(6 * i, i) = -direction / std::sqrt(2.0);
-    directions.block<3, 1>(6 * i + 3, i) = direction / std::sqrt(2.0);
-    for (const std::size_t led : {bar.first_led, bar.second_led}) {
-      for (int row = 0; row < 3; ++row) terms.push_back({{BlockId::Kind::led, led}, row});
-    }
-  }
-  Eigen::MatrixXd lengths = Eigen::MatrixXd::Constant(count, count, sigma_mm * sigma_mm);
-  lengths.diagonal().array() += kOwn_mm * kOwn_mm;
-  const Eigen::MatrixXd others = Eigen::MatrixXd::Identity(6 * count, 6 * count) - directions * directions.transpose();
-  return Prior::create("bar", std::move(terms), std::move(about),
-                       kWide_mm * kWide_mm * others + 0.5 * directions * lengths * directions.transpose())
-      .value();
+// One bar that was shown at many poses.
+ScaleBar shown_bar(const std::vector<MadeBar>& bars, double sigma_mm) {
+  ScaleBar bar{.name = "bar", .places = {}, .length_mm = bars.front().length_mm, .placing_sigma_mm = 0.001};
+  bar.certificate.pitch_sigma_mm = sigma_mm;
+  for (const MadeBar& place : bars) bar.places.emplace_back(place.first_led, place.second_led);
+  return bar;
 }
 
 Expected<Rig> calibrated(const MadeCarOptions& options, unsigned seed) {
@@ -103,12 +84,11 @@ Expected<Rig> calibrated(const MadeCarOptions& options, unsigned seed) {
   const double variance = options.board_scale_sigma * options.board_scale_sigma;
   bundle.priors.push_back(
       Prior::create("certificates", scales, campaign.start, variance * Eigen::Matrix2d::Identity()).value());
-  // The optimum does not depend on the start (./dev bench campaigns), and from here it is soon reached.
-  auto result = refine(campaign.start, campaign.observations, bundle);
-  if (result && !campaign.bars.empty()) {
-    bundle.priors.push_back(bar_prior(result->state, campaign.bars, options.bar_sigma_mm));
-    result = refine(result->state, campaign.observations, bundle);
+  if (!campaign.bars.empty()) {
+    bundle.priors.push_back(bar_prior(shown_bar(campaign.bars, options.bar_sigma_mm), {}));
   }
+  // The optimum does not depend on the start (./dev bench campaigns), and from here it is soon reached.
+  const auto result = refine(campaign.start, campaign.observations, bundle);
   if (!result) return tl::unexpected(result.error());
   Rig rig = result->state.rig;
   rig.covariance = rig_covariance(*result);
