@@ -2,8 +2,7 @@
 
 #include <optional>
 
-#include <Eigen/Cholesky>
-
+#include "solvers/decompositions.h"
 namespace crumple {
 namespace {
 
@@ -52,9 +51,9 @@ Expected<Pose> fit_board_pose(const Rig& rig, const Board& board, const std::vec
   for (int i = 0; i < kPoseIterations && damping < kMostDamping; ++i) {
     Matrix6d damped = equation->information;
     damped.diagonal() *= 1 + damping;
-    const Eigen::LLT<Matrix6d> llt(damped);
-    if (llt.info() != Eigen::Success) return fail("the corners do not determine the board's pose");
-    const Pose moved = retract(pose, -llt.solve(equation->gradient));
+    const auto step = solve_positive(damped, equation->gradient);
+    if (!step) return fail("the corners do not determine the board's pose");
+    const Pose moved = retract(pose, -*step);
     const auto there = linearise(rig, board, views, moved);
     if (!there || there->squares > equation->squares) {
       damping = std::max(10 * damping, 1e-4);

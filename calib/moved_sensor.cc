@@ -5,9 +5,9 @@
 #include <numbers>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "solvers/decompositions.h"
 #include "solvers/parameters.h"
 
 namespace crumple {
@@ -27,7 +27,7 @@ struct MountEquations {
     information += other.information;
     gradient += other.gradient;
   }
-  double gain() const { return gradient.dot(information.ldlt().solve(gradient)); }
+  double gain() const { return gradient.dot(Vector6d(solve_symmetric(information, gradient))); }
 };
 
 // By sensor and station.
@@ -117,7 +117,7 @@ std::optional<MovedSensor> find_moved_sensor(const CalibrationData& data, const 
   const Eigen::MatrixXd joint = refined->covariance.of({first, second}, refined->state);
   Matrix6d covariance = joint.topLeftCorner<6, 6>() + joint.bottomRightCorner<6, 6>();
   covariance -= joint.topRightCorner<6, 6>() + joint.bottomLeftCorner<6, 6>();
-  const double statistic = std::sqrt(moved.step.dot(covariance.ldlt().solve(moved.step)) / 6);
+  const double statistic = std::sqrt(moved.step.dot(Vector6d(solve_symmetric(covariance, moved.step))) / 6);
   if (!(statistic > kSignificant)) return std::nullopt;
   const std::string& station = data.station_names[split.first_station];
   moved.sentence = fmt::format(

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include "solvers/closed_form/resection.h"
+#include "solvers/decompositions.h"
 #include "solvers/small_problem.h"
 
 namespace crumple {
@@ -75,7 +75,7 @@ std::map<std::size_t, Eigen::Vector3d> linear_leds(const std::vector<LedSlope>& 
     at->second.second -= rows.transpose() * (across * tracker_from_probe.translation);
   }
   std::map<std::size_t, Eigen::Vector3d> leds;
-  for (const auto& [led, sums] : equations) leds[led] = sums.first.colPivHouseholderQr().solve(sums.second);
+  for (const auto& [led, sums] : equations) leds[led] = least_squares(sums.first, sums.second);
   return leds;
 }
 

@@ -6,10 +6,10 @@
 #include <set>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "calib/rig_prior.h"
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -168,7 +168,7 @@ double added_freedom(const BundleResult& by_leds, const BundleResult& all, const
   }
   const Eigen::MatrixXd a = scale.asDiagonal() * before(rows, rows) * scale.asDiagonal();
   const Eigen::MatrixXd b = scale.asDiagonal() * after(rows, rows) * scale.asDiagonal();
-  return static_cast<double>(rows.size()) - a.ldlt().solve(b).trace();
+  return static_cast<double>(rows.size()) - solve_symmetric(a, b).trace();
 }
 
 RefinedStation summarise(std::size_t s, const BundleResult& by_leds, const BundleResult& all,
@@ -180,8 +180,8 @@ RefinedStation summarise(std::size_t s, const BundleResult& by_leds, const Bundl
                          .covariance_by_leds = by_leds.covariance.of(block, by_leds.state)};
   station.shift = local_step(station.by_leds, station.world_from_probe);
   if (station.covariance_by_leds.diagonal().minCoeff() > 0) {
-    const Eigen::LDLT<Matrix6d> ldlt(station.covariance_by_leds);
-    station.shift_sigmas = std::sqrt(std::max(station.shift.dot(ldlt.solve(station.shift)), 0.0) / 6);
+    const double square = station.shift.dot(Vector6d(solve_symmetric(station.covariance_by_leds, station.shift)));
+    station.shift_sigmas = std::sqrt(std::max(square, 0.0) / 6);
   }
   std::set<std::size_t> others;
   for (const OverlapView& view : overlaps) {

@@ -15,6 +15,11 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix) {
   return {eigen.eigenvalues(), eigen.eigenvectors()};
 }
 
+SymmetricEigen2 symmetric_eigen2(const Eigen::Matrix2d& matrix) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(matrix);
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
 SymmetricEigen3 symmetric_eigen3(const Eigen::Matrix3d& matrix) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(matrix);
   return {eigen.eigenvalues(), eigen.eigenvectors()};
@@ -91,6 +96,16 @@ std::optional<Eigen::MatrixXd> inverse_gram(const Eigen::MatrixXd& a, double lea
   const Eigen::MatrixXd inverse_root =
       scale.asDiagonal() * (qr.colsPermutation() * root.solve(Eigen::MatrixXd::Identity(n, n)));
   return inverse_root * inverse_root.transpose();
+}
+
+std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& information, double least) {
+  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return std::nullopt;
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * information * scale.asDiagonal());
+  if (!(eigen.values[0] > least)) return std::nullopt;
+  const Eigen::MatrixXd rows =
+      scale.asDiagonal() * eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal();
+  return Eigen::MatrixXd(rows * rows.transpose());
 }
 
 }  // namespace crumple

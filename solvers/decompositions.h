@@ -21,6 +21,12 @@ struct SymmetricEigen3 {
   Eigen::Matrix3d vectors;
 };
 
+struct SymmetricEigen2 {
+  Eigen::Vector2d values;
+  Eigen::Matrix2d vectors;
+};
+SymmetricEigen2 symmetric_eigen2(const Eigen::Matrix2d& matrix);
+
 SymmetricEigen3 symmetric_eigen3(const Eigen::Matrix3d& matrix);
 
 struct RightSingular {
@@ -48,6 +54,10 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::Vector
 
 // The solution of matrix x = right for a symmetric matrix that is positive or negative semidefinite (LDLT).
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
+
+// The inverse of a positive definite matrix whose rows have different units, by the eigenvalues of the matrix scaled to
+// a unit diagonal; none where the least of these does not exceed `least`.
+std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& information, double least);
 
 // The solution of matrix x = right for a symmetric matrix (LLT); none where it is not positive definite to rounding.
 std::optional<Eigen::VectorXd> solve_positive(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);

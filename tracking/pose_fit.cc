@@ -4,7 +4,8 @@
 #include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -36,18 +37,6 @@ bool pose_equations(const std::vector<LedSighting>& sightings, const std::vector
   return std::isfinite(sum.cost);
 }
 
-// Rotations and translations have different units, so the test for singularity is made on a unit diagonal.
-std::optional<Matrix6d> pose_covariance(const Matrix6d& information) {
-  const Vector6d scale = information.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return std::nullopt;
-  const Matrix6d scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
-  if (!(eigen.eigenvalues()[0] > kSingularPose)) return std::nullopt;
-  const Matrix6d inverse =
-      eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
-  return Matrix6d(scale.asDiagonal() * inverse * scale.asDiagonal());
-}
-
 }  // namespace
 
 std::optional<PoseFit> fit_pose(const std::vector<LedSighting>& sightings, const std::vector<char>& used,
@@ -59,7 +48,7 @@ std::optional<PoseFit> fit_pose(const std::vector<LedSighting>& sightings, const
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
     Matrix6d damped = at.information;
     damped.diagonal() *= 1 + damping;
-    const Vector6d step = -damped.ldlt().solve(at.gradient);
+    const Vector6d step = -solve_symmetric(damped, at.gradient);
     if (!step.allFinite()) break;
     const Pose moved = retract(fit.world_from_probe, step);
     // Where the linearised sum has no more to gain, the rest is rounding.
@@ -76,7 +65,7 @@ std::optional<PoseFit> fit_pose(const std::vector<LedSighting>& sightings, const
     if (done) break;
   }
   fit.cost = at.cost;
-  const auto covariance = pose_covariance(at.information);
+  const auto covariance = inverse_information(at.information, kSingularPose);
   if (!covariance) return std::nullopt;
   fit.covariance = *covariance;
   return fit;
@@ -91,11 +80,11 @@ double standardised_square(const LedSighting& sighting, bool used, const PoseFit
   const Matrix2x6d jacobian = root.triangularView<Eigen::Lower>().solve(at.d_pose);
   const Eigen::Matrix2d of_pose = jacobian * fit.covariance * jacobian.transpose();
   const Eigen::Matrix2d variance = Eigen::Matrix2d::Identity() + (used ? -1 : 1) * of_pose;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(variance);
+  const SymmetricEigen2 eigen = symmetric_eigen2(variance);
   double square = 0;
   for (int i = 0; i < 2; ++i) {
-    const double along = eigen.eigenvectors().col(i).dot(r);
-    if (eigen.eigenvalues()[i] > kNoRedundancy) square += along * along / eigen.eigenvalues()[i];
+    const double along = eigen.vectors.col(i).dot(r);
+    if (eigen.values[i] > kNoRedundancy) square += along * along / eigen.values[i];
   }
   return square;
 }

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -118,8 +119,7 @@ class SpotFinder {
     spot.centre_of_gravity_px = first / sum;
     second = second / sum - spot.centre_of_gravity_px * spot.centre_of_gravity_px.transpose();
     // A row of pixels has no width of its own: that of a pixel is the least.
-    const Eigen::Vector2d axes =
-        (second + Eigen::Matrix2d::Identity() / 12).selfadjointView<Eigen::Lower>().eigenvalues();
+    const Eigen::Vector2d axes = symmetric_eigen2(second + Eigen::Matrix2d::Identity() / 12).values;
     const double width = std::clamp(std::sqrt(second.trace() / 2), 0.4, 0.9 * options_.largest_width_px);
     const double middle_level = background_.level.at<float>(static_cast<int>(spot.centre_of_gravity_px.y() + 0.5),
                                                             static_cast<int>(spot.centre_of_gravity_px.x() + 0.5));
