@@ -1,6 +1,7 @@
 #include "calib/rig_check.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -18,8 +19,7 @@ namespace {
 
 constexpr double kFalseAlarm = 1e-3;  // over all parts together
 constexpr double kThere = 0.1;        // of the distance
-constexpr double kPerDegree = 3;
-constexpr double kAsGood = 9;  // of the sum of squares: 3 sigma
+constexpr double kAsGood = 9;         // of the sum of squares: 3 sigma
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct Refined {
@@ -27,8 +27,10 @@ struct Refined {
   double square_sum = 0;
 };
 
-// A part with more parameters has to explain more: a lens can stand in for a turned mount.
-double score(const PartCheck& part) { return part.gain - kPerDegree * part.degrees; }
+// Schwarz's criterion: a part with more parameters has to explain more. A lens can stand in for a turned mount.
+double score(const PartCheck& part, double observations) {
+  return part.gain - std::log(std::max(observations, 2.0)) * part.degrees;
+}
 
 class Checker {
  public:
@@ -175,7 +177,7 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
       part.probability = chi_square_tail(part.gain, part.degrees);
       checker.describe(*refined, part);
       if (part.probability > kFalseAlarm / static_cast<double>(check.parts.size())) continue;
-      if (best && score(check.parts[worst]) >= score(part)) continue;
+      if (best && score(check.parts[worst], check.redundancy) >= score(part, check.redundancy)) continue;
       worst = p;
       best = std::move(*refined);
     }
@@ -183,7 +185,8 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
     PartChange found{worst};
     for (std::size_t p = 0; p < check.parts.size(); ++p) {
       const bool tested = p != worst && !changed.contains(check.parts[p].block);
-      if (tested && score(check.parts[p]) > score(check.parts[worst]) - kAsGood) found.or_else.push_back(p);
+      if (tested && score(check.parts[p], check.redundancy) > score(check.parts[worst], check.redundancy) - kAsGood)
+        found.or_else.push_back(p);
     }
     changed.insert(check.parts[worst].block);
     check.changed.push_back(std::move(found));

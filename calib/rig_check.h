@@ -6,7 +6,8 @@
 // its prior is taken away and all refined again. What that takes off the sum of squares is chi-square distributed, as
 // many degrees of freedom as the part has, where the part is unchanged (Baarda's test of one alternative at a time). A
 // part is changed where that is less likely than 1 in 1000 over all parts together; of those, the one with the largest
-// gain, less 3 for each degree of freedom, is tested with the others against it freed, until the rest is unchanged.
+// gain, less the logarithm of the redundancy for each degree of freedom (Schwarz, Annals of Statistics, 1978), is
+// tested with the others against it freed, until the rest is unchanged.
 //
 // A change of the sensor whose frame is the probe's or the world's shows as a change of all others alike; it is freed
 // likewise, and named where that explains the observations best. What observations do not touch is not tested.

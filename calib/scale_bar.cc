@@ -5,7 +5,7 @@
 namespace crumple {
 namespace {
 
-constexpr double kLeastPlacing = 1e-3;  // of the certificate's uncertainty
+constexpr double kLeastPlacing = 0.1;  // of the certificate's uncertainty
 
 }  // namespace
 
