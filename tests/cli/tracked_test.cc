@@ -1,4 +1,5 @@
 // A tracked probe from images to poses: rendered, calibrated together with its trackers, tracked.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -23,6 +24,13 @@ class TrackedSystem {
 
   std::string capture() const { return (home_ / "capture").string(); }
   std::string rig() const { return (home_ / "rig").string(); }
+  // The same capture with these stations alone, as lines of its description.
+  std::string with_stations(const std::string& name, const std::string& lines) const {
+    const std::string whole = content_of(capture() + "/capture.yaml");
+    const std::filesystem::path file = home_ / "capture" / name;
+    write_content(file, whole.substr(0, whole.find("\nstations:")) + "\nstations:\n" + lines);
+    return file.string();
+  }
   const ProgramRun& rendered() const { return rendered_; }
   const ProgramRun& calibrated() const { return calibrated_; }
 
@@ -94,7 +102,13 @@ TEST(TrackedSystemVerbs, AnotherProbesRigIsRefused) {
 // The rig's own capture is held against it, as it is and after a tracker's nudge.
 TEST(TrackedSystemVerbs, CheckNamesTheTrackerThatMoved) {
   const TrackedSystem& system = TrackedSystem::get();
-  const std::string check = "check '" + system.capture() + "/capture.yaml' --json --rig='";
+  const std::string check = "check '" +
+                            system.with_stations("interim.yaml",
+                                                 "  - {id: cal_01, placement: bench_a}\n"
+                                                 "  - {id: cal_06, placement: bench_b}\n"
+                                                 "  - {id: cal_09, placement: bench_c}\n"
+                                                 "  - {id: wand_1, board: false, scan: false}\n") +
+                            "' --json --rig='";
   const ProgramRun same = run_program(check + system.rig() + "'");
   EXPECT_EQ(same.exit_code, 0) << same.err << same.out;
   EXPECT_TRUE(json::parse(same.out)["rig"]["valid"]);
@@ -113,9 +127,12 @@ TEST(TrackedSystemVerbs, CheckNamesTheTrackerThatMoved) {
 TEST(TrackedSystemVerbs, CalibrateGoesOnFromARig) {
   const TrackedSystem& system = TrackedSystem::get();
   TemporaryFolder home;
-  const ProgramRun run =
-      run_program("calibrate '" + system.capture() + "/capture.yaml' --nooverlays --json --start='" + system.rig() +
-                  "' --correct=tracker1,leds --out='" + (home / "rig").string() + "'");
+  const std::string few = system.with_stations("few.yaml",
+                                               "  - {id: cal_02, placement: bench_a}\n"
+                                               "  - {id: cal_03, placement: bench_a}\n"
+                                               "  - {id: cal_07, placement: bench_b}\n");
+  const ProgramRun run = run_program("calibrate '" + few + "' --nooverlays --json --start='" + system.rig() +
+                                     "' --correct=tracker1,leds --out='" + (home / "rig").string() + "'");
   ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
   const Rig before = read_rig(system.rig()).value(), after = read_rig(home / "rig").value();
   EXPECT_EQ(before.sensors[0].lens.parameters(), after.sensors[0].lens.parameters());
@@ -128,13 +145,16 @@ TEST(TrackedSystemVerbs, ATrackerWithAnothersImagesIsNamed) {
   TemporaryFolder home;
   const std::filesystem::path mixed = home / "mixed";
   std::filesystem::copy(system.capture(), mixed, std::filesystem::copy_options::recursive);
-  const Capture capture = read_capture(mixed / "capture.yaml").value();
+  system.with_stations("one.yaml", "  - {id: wand_1, board: false, scan: false}\n");
+  std::filesystem::copy_file(system.capture() + "/one.yaml", mixed / "one.yaml",
+                             std::filesystem::copy_options::overwrite_existing);
+  const Capture capture = read_capture(mixed / "one.yaml").value();
   for (std::size_t frame = 0; frame < capture.frames_of("tracker0").size(); ++frame) {
     std::filesystem::copy_file(capture.image_file("tracker0", "wand_1", frame),
                                capture.image_file("tracker1", "wand_1", frame),
                                std::filesystem::copy_options::overwrite_existing);
   }
-  const ProgramRun run = run_program("calibrate '" + (mixed / "capture.yaml").string() + "' --nooverlays --out='" +
+  const ProgramRun run = run_program("calibrate '" + (mixed / "one.yaml").string() + "' --nooverlays --out='" +
                                      (home / "rig").string() + "'");
   EXPECT_EQ(run.exit_code, 3) << run.out;
   EXPECT_THAT(run.err, HasSubstr("station wand_1: tracker0 and tracker1 have the same images"));
@@ -150,7 +170,11 @@ TEST(TrackedSystemVerbs, TrackFindsTheLedsOfAnUnknownProbe) {
   TemporaryFolder home;
   std::filesystem::create_directory(home / "trackers");
   ASSERT_TRUE(write_rig(home / "trackers", trackers));
-  const ProgramRun run = run_program("track '" + system.capture() + "/capture.yaml' --rig='" +
+  std::string stations;
+  for (const char* id : {"cal_01", "cal_02", "cal_03", "cal_05", "cal_06", "cal_07", "cal_09", "cal_10", "wand_1"}) {
+    stations += fmt::format("  - {{id: {}, board: false, scan: false}}\n", id);
+  }
+  const ProgramRun run = run_program("track '" + system.with_stations("leds.yaml", stations) + "' --rig='" +
                                      (home / "trackers").string() + "' --out='" + (home / "poses").string() + "'");
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
   EXPECT_THAT(run.out, HasSubstr("knows no LED of this probe"));
