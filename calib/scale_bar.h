@@ -21,8 +21,9 @@ struct ScaleBar {
 };
 
 // The bar's distances as a prior named after it. The certificate's error is common to all places, that of the placing
-// is each one's own; it counts as a tenth of the certificate's at least, since no bar has exactly one length at two places,
-// and rounded numbers could not hold it. The capture's temperature counts as in calib/certificate.h, apart from the boards'.
+// is each one's own; it counts as a tenth of the certificate's at least, since no bar has exactly one length at two
+// places, and rounded numbers could not hold it. The capture's temperature counts as in calib/certificate.h, apart from
+// the boards'.
 Prior bar_prior(const ScaleBar& bar, const std::optional<Temperature>& capture);
 
 }  // namespace crumple

@@ -77,8 +77,8 @@ struct Station {
   // Stations of the same placement see the boards at the same place in the world; empty: a placement of its own.
   std::string placement = {};
   std::string projector = {};  // that shows the patterns there; empty: Capture::projector
-  bool scan = true;      // false: no images by what the probe carries
-  bool trackers = true;  // false: no images by the cameras fixed to the world
+  bool scan = true;            // false: no images by what the probe carries
+  bool trackers = true;        // false: no images by the cameras fixed to the world
 };
 
 struct Exclusion {
