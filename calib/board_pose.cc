@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "solvers/decompositions.h"
+
 namespace crumple {
 namespace {
 

@@ -130,17 +130,6 @@ bool knows_led(const Rig& rig, const std::string& name) {
   return std::any_of(rig.leds.begin(), rig.leds.end(), [&](const Led& led) { return led.name == name; });
 }
 
-// Where bars lie now the rig does not know.
-Rig without_bars(Rig rig, const CalibrationData& data) {
-  for (const ScaleBar& bar : data.bars) {
-    for (const auto& [from, to] : bar.places) {
-      std::erase_if(rig.leds,
-                    [&](const Led& led) { return led.name == data.leds[from].name || led.name == data.leds[to].name; });
-    }
-  }
-  return rig;
-}
-
 // What an earlier rig knows; certificates only of boards and bars that it does not.
 Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlier, const CalibrationState& start,
                            BundleOptions& options) {

@@ -158,7 +158,8 @@ class Checker {
 Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earlier, int threads) {
   auto start = start_from_rig(data, earlier.rig, earlier.board_scales);
   if (!start) return tl::unexpected(start.error());
-  Checker checker(data, earlier, std::move(*start), threads);
+  const EarlierRig known{.rig = without_bars(earlier.rig, data), .board_scales = earlier.board_scales};
+  Checker checker(data, known, std::move(*start), threads);
   auto current = checker.refine_unchanged();
   if (!current) return tl::unexpected(current.error());
   RigCheck check{current->square_sum, checker.redundancy(*current), checker.parts(*current), {}};

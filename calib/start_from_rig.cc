@@ -97,6 +97,16 @@ bool probe_is_unknown(const CalibrationData& data, const KnownSystem& known) {
 
 }  // namespace
 
+Rig without_bars(Rig rig, const CalibrationData& data) {
+  for (const ScaleBar& bar : data.bars) {
+    for (const auto& [from, to] : bar.places) {
+      std::erase_if(rig.leds,
+                    [&](const Led& led) { return led.name == data.leds[from].name || led.name == data.leds[to].name; });
+    }
+  }
+  return rig;
+}
+
 Expected<CalibrationState> start_from_rig(const CalibrationData& data, const Rig& rig,
                                           const std::map<std::string, double>& board_scales) {
   auto known = nothing_known(data);

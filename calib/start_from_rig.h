@@ -20,4 +20,7 @@ namespace crumple {
 Expected<CalibrationState> start_from_rig(const CalibrationData& data, const Rig& rig,
                                           const std::map<std::string, double>& board_scales);
 
+// The rig without the ends of the data's scale bars: where these lie now it does not know.
+Rig without_bars(Rig rig, const CalibrationData& data);
+
 }  // namespace crumple

@@ -169,6 +169,30 @@ TEST(RigCheck, FindsNothingWhereNothingChanged) {
   EXPECT_EQ(alarms, 0);
 }
 
+// A scale bar lies elsewhere each time: that is no change of the rig.
+TEST(RigCheck, ABarPutDownElsewhereIsNoChange) {
+  MadeSystemOptions options = kCampaign;
+  options.bar_mm = 900;
+  const auto with_bar = [](const MadeSystem& made) {
+    CalibrationData data = data_of(made);
+    const std::size_t end = made.truth.rig.leds.size() - 1;
+    for (std::size_t l = 0; l < end; ++l) {
+      if (made.truth.rig.leds[l].name == "bar0a") {
+        data.bars = {{"bar", {{l, l + 1}}, 900, {.pitch_sigma_mm = 0.05}, 0}};
+      }
+    }
+    return data;
+  };
+  const EarlierRig known{.rig = calibrated_rig(calibrate(with_bar(make_system(options)), kFlatBoards).value())};
+  options.stations = 5;
+  options.tracker_placements = 1;
+  options.seed = 31;
+  const MadeSystem later = make_system(options);
+  const auto check = check_rig(with_bar(later), known, 1);
+  ASSERT_TRUE(check) << check.error().message;
+  EXPECT_TRUE(check->valid()) << check->parts[check->changed[0].part].name;
+}
+
 std::string all_named(const RigCheck& check) {
   std::string names;
   for (const PartChange& change : check.changed)
