@@ -27,8 +27,10 @@ constexpr int kRetrialRounds = 5;          // of placements without accepted obs
 constexpr int kLeastForPose = 6;           // coordinates
 constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
+constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
 constexpr double kSigmaFloor_px = 1e-9;  // noise-free data must not divide by zero
 constexpr double kSigmaSettled = 1e-6;   // relative change
+constexpr double kRoundTolerance = 1e-9;  // while sigmas and outliers are still being settled: well below what moves them
 
 GroupKey key_of(const View& view) { return {view.sensor(), view.kind()}; }
 
@@ -298,10 +300,10 @@ ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px
 // Stage 1: leaves the state near the optimum of the good observations, and their sigmas in the weights.
 Expected<void> converge_robustly(const Views& views, const Parameters& parameters, const BundleOptions& options,
                                  std::vector<ViewWeights>& weights, CalibrationState& state) {
-  const MinimiseOptions minimise_options{.cauchy_scale = kCauchyScale,
-                                         .threads = options.threads,
-                                         .priors = options.priors,
-                                         .tolerance = kRobustTolerance};
+  MinimiseOptions minimise_options{.cauchy_scale = kCauchyScale,
+                                   .threads = options.threads,
+                                   .priors = options.priors,
+                                   .tolerance = kRobustTolerance};
   for (int round = 0;; ++round) {
     const auto residuals = residuals_at(views, state, options.threads);
     if (!residuals) return tl::unexpected(residuals.error());
@@ -313,6 +315,7 @@ Expected<void> converge_robustly(const Views& views, const Parameters& parameter
     if (round == kRobustRounds) return {};
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
     if (!minimum) return tl::unexpected(minimum.error());
+    minimise_options.damping = std::min(kFirstDamping, minimum->damping);
   }
 }
 
@@ -434,7 +437,9 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     gate_outliers(views, *at, options.gate, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
   }
-  const MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors};
+  MinimiseOptions minimise_options{
+      .threads = options.threads, .priors = options.priors, .tolerance = kRoundTolerance};
+  constexpr double last_tolerance = MinimiseOptions().tolerance;
   std::set<GroupKey> small;
   for (int round = 1;; ++round) {
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
@@ -449,7 +454,8 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const bool other_poses =
         options.reject_outliers && settle_untold_poses(views, observations, round < kRetrialRounds, next, state, held);
     const bool unchanged = same_sides(weights, next) && same_sigmas && !other_poses;
-    if (unchanged || round == kMaxRounds) {
+    const bool to_the_end = minimise_options.tolerance == last_tolerance;
+    if ((unchanged && to_the_end) || round == kMaxRounds) {
       at->covariance.sharpen(views, whitened_at(views, weights, state), options.priors, state, options.threads);
       std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
       BundleResult result{std::move(state),       {}, {}, std::move(at->covariance), round, unchanged,
@@ -460,6 +466,8 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
       }
       return result;
     }
+    if (unchanged || round + 1 == kMaxRounds) minimise_options.tolerance = last_tolerance;
+    minimise_options.damping = other_poses ? kFirstDamping : std::min(kFirstDamping, minimum->damping);
     weights = std::move(next);
     if (other_poses) parameters = Parameters(state, views, held);
   }

@@ -6,7 +6,6 @@
 namespace crumple {
 namespace {
 
-constexpr double kFirstDamping = 1e-4;
 constexpr double kLeastDamping = 1e-14;
 constexpr double kMostDamping = 1e12;
 constexpr double kFirstRaise = 10;
@@ -15,6 +14,8 @@ constexpr double kHardlyDamped = 1;  // a step that is damped more may foretell 
 // How strongly steps are damped, by how well the linearised model foretold the last one.
 class Damping {
  public:
+  explicit Damping(double value) : value_(value) {}
+
   double value() const { return value_; }
   bool exhausted() const { return value_ > kMostDamping; }
 
@@ -32,7 +33,7 @@ class Damping {
   }
 
  private:
-  double value_ = kFirstDamping;
+  double value_;
   double raise_ = kFirstRaise;
 };
 
@@ -58,7 +59,7 @@ Expected<Minimum> minimise(const std::vector<std::unique_ptr<View>>& views, cons
   auto equations = equations_at(state);
   if (!equations) return fail("the joint refinement failed: the start is too far from the observations");
   const double initial_cost = equations->cost();
-  Damping damping;
+  Damping damping(options.damping);
   int iterations = 0;
   bool converged = false;
   while (iterations < options.max_iterations && !damping.exhausted()) {
@@ -84,7 +85,7 @@ Expected<Minimum> minimise(const std::vector<std::unique_ptr<View>>& views, cons
     }
   }
   const double final_cost = equations->cost();
-  return Minimum{iterations, converged, initial_cost, final_cost, std::move(*equations)};
+  return Minimum{iterations, converged, initial_cost, final_cost, damping.value(), std::move(*equations)};
 }
 
 }  // namespace crumple

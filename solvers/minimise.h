@@ -26,6 +26,7 @@ struct MinimiseOptions {
   int max_iterations = 100;
   std::vector<Prior> priors = {};
   double tolerance = 1e-14;  // of the predicted decrease, relative to the cost
+  double damping = 1e-4;     // of the first step; one that goes on from another's minimum takes that one's last
 };
 
 struct Minimum {
@@ -33,6 +34,7 @@ struct Minimum {
   bool converged = false;
   double initial_cost = 0;  // half the sum of squares of what was minimised
   double final_cost = 0;
+  double damping = 0;  // after the last step
   NormalEquations equations;  // there; they refer to the parameters
 };
 
