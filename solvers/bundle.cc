@@ -28,9 +28,10 @@ constexpr int kLeastForPose = 6;           // coordinates
 constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
-constexpr double kSigmaFloor_px = 1e-9;  // noise-free data must not divide by zero
-constexpr double kSigmaSettled = 1e-6;   // relative change
-constexpr double kRoundTolerance = 1e-9;  // while sigmas and outliers are still being settled: well below what moves them
+constexpr double kSigmaFloor_px = 1e-9;                      // noise-free data must not divide by zero
+constexpr double kSigmaSettled = 1e-6;                       // relative change
+constexpr double kRoundTolerance =
+    1e-9;  // while sigmas and outliers are still being settled: well below what moves them
 
 GroupKey key_of(const View& view) { return {view.sensor(), view.kind()}; }
 
@@ -437,8 +438,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     gate_outliers(views, *at, options.gate, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
   }
-  MinimiseOptions minimise_options{
-      .threads = options.threads, .priors = options.priors, .tolerance = kRoundTolerance};
+  MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors, .tolerance = kRoundTolerance};
   constexpr double last_tolerance = MinimiseOptions().tolerance;
   std::set<GroupKey> small;
   for (int round = 1;; ++round) {

@@ -34,7 +34,7 @@ struct Minimum {
   bool converged = false;
   double initial_cost = 0;  // half the sum of squares of what was minimised
   double final_cost = 0;
-  double damping = 0;  // after the last step
+  double damping = 0;         // after the last step
   NormalEquations equations;  // there; they refer to the parameters
 };
 

@@ -31,11 +31,9 @@ class StereoChessboard : public testing::TestWithParam<const char*> {
     data_.boards = capture_.boards;
   }
 
-  template <typename Detect>
-  void detect_with(const Detect& detect) {
+  void detect_with(CornerDetector detect) {
     for (const Station& station : capture_.stations) {
-      const cv::Mat image = read_board_image(capture_, GetParam(), station.id).value();
-      const std::vector<Eigen::Vector2d> pixels = detect(image);
+      const std::vector<Eigen::Vector2d>& pixels = stereo_corners(capture_, GetParam(), station.id, detect);
       ASSERT_EQ(pixels.size(), 54U) << station.id;
       CornerView view{0, data_.placement_names.size(), {}, pixels};
       for (int i = 0; i < 54; ++i) view.corners.push_back(i);

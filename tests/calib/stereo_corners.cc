@@ -1,5 +1,8 @@
 #include "tests/calib/stereo_corners.h"
 
+#include <map>
+#include <tuple>
+
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -25,6 +28,14 @@ std::vector<Eigen::Vector2d> by_saddle_points(const cv::Mat& image) {
   std::vector<Eigen::Vector2d> pixels;
   for (const cv::Point2f& c : corners) pixels.emplace_back(c.x, c.y);
   return pixels;
+}
+
+const std::vector<Eigen::Vector2d>& stereo_corners(const Capture& capture, const std::string& camera,
+                                                   const std::string& station, CornerDetector detect) {
+  static std::map<std::tuple<CornerDetector, std::string, std::string>, std::vector<Eigen::Vector2d>> found;
+  const auto [corners, missing] = found.try_emplace({detect, camera, station});
+  if (missing) corners->second = detect(read_board_image(capture, camera, station).value());
+  return corners->second;
 }
 
 }  // namespace crumple

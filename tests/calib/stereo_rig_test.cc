@@ -47,16 +47,15 @@ class StereoRig : public testing::Test {
     capture_ = read_capture(CRUMPLE_SOURCE_DIR "/datasets/examples/stereo_chessboard.yaml", *images).value();
   }
 
-  template <typename Detect>
-  CalibrationData detected(const Detect& detect, const std::string& without = "") const {
+  CalibrationData detected(CornerDetector detect, const std::string& without = "") const {
     CalibrationData data;
     data.sensors = {{"left", SensorKind::camera, {640, 480}}, {"right", SensorKind::camera, {640, 480}}};
     data.boards = capture_.boards;
     for (const Station& station : capture_.stations) {
       if (station.id == without) continue;
       for (std::size_t s = 0; s < 2; ++s) {
-        const cv::Mat image = read_board_image(capture_, data.sensors[s].name, station.id).value();
-        CornerView view{s, data.placement_names.size(), {}, detect(image)};
+        CornerView view{
+            s, data.placement_names.size(), {}, stereo_corners(capture_, data.sensors[s].name, station.id, detect)};
         EXPECT_EQ(view.pixels.size(), static_cast<std::size_t>(kCorners)) << station.id;
         for (int i = 0; i < kCorners; ++i) view.corners.push_back(i);
         data.observations.corners.push_back(view);

@@ -47,7 +47,7 @@ TEST(CalibrateVerb, AProjectorFromStripesAProjectedChessboardOrBoth) {
   const std::string capture = (home / "capture").string();
   const ProgramRun rendered =
       run_program("simulate '" + (home / "scene.yaml").string() +
-                  "' --stations=board_1,board_2,board_3,board_4,board_5 --nodepth_maps --out='" + capture + "'");
+                  "' --stations=board_1,board_2,board_3,board_4 --nodepth_maps --out='" + capture + "'");
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
 
   const auto calibrated = [&](const std::string& from) {
