@@ -120,10 +120,9 @@ Expected<CalibrationState> start_of(const CalibrationData& data, const Calibrati
 }
 
 // What is known without an earlier rig: weak priors of lenses, and certificates.
-Expected<void> add_knowledge(const CalibrationData& data, const CalibrationState& start, BundleOptions& options) {
+void add_knowledge(const CalibrationData& data, const CalibrationState& start, BundleOptions& options) {
   add_lens_priors(start, options);
   for (Prior& prior : scale_priors(data, start)) options.priors.push_back(std::move(prior));
-  return {};
 }
 
 bool knows_led(const Rig& rig, const std::string& name) {
@@ -199,9 +198,12 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   bundle_options.estimate_warp = false;
   const Expected<CalibrationState> start = start_of(data, options);
   if (!start) return tl::unexpected(start.error());
-  const auto known = options.earlier ? add_earlier(data, *options.earlier, *start, bundle_options)
-                                     : add_knowledge(data, *start, bundle_options);
-  if (!known) return tl::unexpected(known.error());
+  if (options.earlier) {
+    const auto added = add_earlier(data, *options.earlier, *start, bundle_options);
+    if (!added) return tl::unexpected(added.error());
+  } else {
+    add_knowledge(data, *start, bundle_options);
+  }
 
   bundle_options.estimate_warp = options.warp != WarpChoice::off;
   auto independent = refine(*start, data.observations, bundle_options);

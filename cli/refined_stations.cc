@@ -2,10 +2,13 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "calib/detect_target.h"
+#include "calib/room_targets.h"
 #include "cli/flags.h"
 #include "cli/progress.h"
 #include "datasets/station_pose.h"
@@ -34,25 +37,42 @@ LedReadings used_readings(const Rig& rig, const Constellation& where) {
 
 // No surface where the view cannot be reconstructed: the second pass says why.
 std::vector<StationSurface> surfaces_of(const Capture& capture, const Rig& rig, const std::string& station,
-                                        const std::vector<ScanningCamera>& cameras, StationOptions options) {
+                                        const std::vector<SensorPair>& pairs, StationOptions options) {
   options.estimator = Estimator::weighted;
   options.name = "station " + station;
   std::vector<StationSurface> surfaces;
-  for (const ScanningCamera& camera : cameras) {
-    const bool lit = rig.find(capture.projector_at(station)) == camera.projector_index;
-    if (!lit || capture.exclusion(station, camera.camera)) continue;
-    const auto images = read_stripe_images(capture, camera.camera, station);
+  for (const SensorPair& pair : pairs) {
+    if (pair.projector != capture.projector_at(station) || capture.exclusion(station, pair.camera)) continue;
+    const auto images = read_stripe_images(capture, pair.camera, station);
     if (!images) continue;
     const auto readings = read_stripes(*images, options);
     if (!readings) continue;
-    const auto cloud = reconstruct_readings(*camera.geometry, *readings, options);
+    const auto cloud = reconstruct_readings(pair.geometry, *readings, options);
     const auto best = cloud ? best_orientation(cloud->orientations) : std::nullopt;
     if (!best) continue;
-    surfaces.push_back(
-        {camera.camera_index, camera.projector_index, readings->orientations[*best].normal(),
-         surface_patches(*camera.geometry, readings->orientations[*best], readings->coordinates[*best])});
+    surfaces.push_back({*rig.find(pair.camera), *rig.find(pair.projector), readings->orientations[*best].normal(),
+                        surface_patches(pair.geometry, readings->orientations[*best], readings->coordinates[*best])});
   }
   return surfaces;
+}
+
+// Boards whose place other stations share, in the images of the cameras that scan. Where none is found there is none.
+void look_for_boards(const Capture& capture, const Rig& rig, const std::string& id, std::size_t index,
+                     const std::vector<SensorPair>& pairs, std::vector<BoardSight>& sights) {
+  const Station& station = *capture.station(id);
+  if (station.placement.empty()) return;
+  std::set<std::string> seen_by;
+  for (const SensorPair& pair : pairs) {
+    if (capture.exclusion(id, pair.camera) || !seen_by.insert(pair.camera).second) continue;
+    const auto image = read_board_image(capture, pair.camera, id);
+    if (!image) continue;
+    for (const std::size_t board : station.boards) {
+      auto found = detect_target(*image, capture.boards[board].target);
+      if (!found) continue;
+      sights.push_back({index, *rig.find(pair.camera), board, station.placement, std::move(found->corners),
+                        std::move(found->pixels)});
+    }
+  }
 }
 
 double degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
@@ -60,6 +80,7 @@ double degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
 json summary_of(const StationRefinement& refined, const std::vector<ObservedStation>& observed) {
   json result{{"overlaps", refined.overlaps},
               {"pairs", refined.pairs},
+              {"targets", refined.targets.size()},
               {"led_squares_grown_by", refined.contradiction_square},
               {"freedom", refined.contradiction_freedom},
               {"stations", json::array()}};
@@ -80,9 +101,9 @@ json summary_of(const StationRefinement& refined, const std::vector<ObservedStat
 }
 
 std::string text_of(const StationRefinement& refined, const std::vector<ObservedStation>& observed) {
-  std::string text =
-      fmt::format("stations refined by {} overlaps; the LEDs' squares grew by {:.1f}, about {} are to be expected\n",
-                  refined.overlaps, refined.contradiction_square, refined.contradiction_freedom);
+  std::string text = fmt::format(
+      "stations refined by {} overlaps and {} targets; the LEDs' squares grew by {:.1f}, about {} are to be expected\n",
+      refined.overlaps, refined.targets.size(), refined.contradiction_square, refined.contradiction_freedom);
   for (std::size_t s = 0; s < observed.size(); ++s) {
     const RefinedStation& station = refined.stations[s];
     text += fmt::format("  {} moved by {:.3f} mm and {:.4f} deg, {:.1f} sigmas of its LEDs alone\n", observed[s].name,
@@ -95,8 +116,10 @@ std::string text_of(const StationRefinement& refined, const std::vector<Observed
 
 Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& rig,
                                            const std::vector<std::string>& stations,
-                                           const std::vector<ScanningCamera>& cameras, const StationOptions& options) {
+                                           const std::vector<SensorPair>& pairs, const StationOptions& options) {
   std::vector<ObservedStation> observed;
+  std::vector<BoardSight> sights;
+  std::vector<Pose> places;
   RefinedStations result;
   {
     Progress progress("reading what stations share", stations.size());
@@ -104,14 +127,18 @@ Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& ri
       const auto where = station_pose(capture, rig, station);
       progress.advance();
       if (!where) continue;
+      look_for_boards(capture, rig, station, observed.size(), pairs, sights);
+      places.push_back(where->constellation.pose.world_from_probe);
       observed.push_back({.name = station,
-                          .world_from_probe = where->constellation.pose.world_from_probe,
+                          .world_from_probe = places.back(),
                           .readings = used_readings(rig, where->constellation),
-                          .surfaces = surfaces_of(capture, rig, station, cameras, options)});
+                          .surfaces = surfaces_of(capture, rig, station, pairs, options)});
       result.poses.emplace(station, *where);
     }
   }
-  const auto refined = refine_stations(rig, observed, {}, {.threads = thread_count()});
+  RoomTargets targets = room_targets(rig, places, capture.boards, sights);
+  for (std::size_t s = 0; s < observed.size(); ++s) observed[s].targets = std::move(targets.readings[s]);
+  const auto refined = refine_stations(rig, observed, targets.targets, {.threads = thread_count()});
   if (!refined) return tl::unexpected(refined.error());
   for (std::size_t s = 0; s < observed.size(); ++s) {
     ProbePose& pose = result.poses.at(observed[s].name).constellation.pose;

@@ -10,19 +10,12 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/refine_stations.h"
+#include "cli/sensor_pairs.h"
 #include "datasets/capture.h"
 #include "datasets/station_pose.h"
 #include "recon/station.h"
 
 namespace crumple {
-
-// A camera of the capture with the projector. Refers to its geometry.
-struct ScanningCamera {
-  std::string camera;
-  std::size_t camera_index = 0;  // of the rig
-  std::size_t projector_index = 0;
-  const StationGeometry* geometry = nullptr;
-};
 
 struct RefinedStations {
   std::map<std::string, StationPose> poses;  // of the stations that were refined
@@ -34,6 +27,6 @@ struct RefinedStations {
 // refine_stations refuses.
 Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& rig,
                                            const std::vector<std::string>& stations,
-                                           const std::vector<ScanningCamera>& cameras, const StationOptions& options);
+                                           const std::vector<SensorPair>& pairs, const StationOptions& options);
 
 }  // namespace crumple

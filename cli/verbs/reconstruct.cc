@@ -1,17 +1,16 @@
 // reconstruct: capture + rig -> clouds, a picture, summary.
 #include <algorithm>
 #include <chrono>
-#include <map>
 #include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
-#include "cli/cloud_assembly.h"
 #include "cli/flags.h"
 #include "cli/progress.h"
 #include "cli/reconstruct_summary.h"
+#include "cli/reconstructor.h"
 #include "cli/record.h"
 #include "cli/refined_stations.h"
 #include "cli/verbs/verbs.h"
@@ -21,8 +20,6 @@
 #include "datasets/json_text.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
-#include "datasets/station_pose.h"
-#include "recon/map_image.h"
 
 DEFINE_string(rig, "", "folder of the rig");
 DEFINE_string(estimator, "weighted",
@@ -49,29 +46,10 @@ DEFINE_string(bit_rule, "inverse",
 namespace crumple {
 namespace {
 
-struct NamedEstimator {
-  std::string name;
-  Estimator estimator;
-};
-
-struct Choices {
-  PoseMethod pose = PoseMethod::pixels;
-  std::vector<NamedEstimator> estimators;
-  BitRule rule = BitRule::inverse;
-  AssemblyOptions assembly = {};  // but for whether there is something to merge
-};
-
-// A camera of the capture that the rig knows, with the capture's projector.
-struct Pair {
-  std::string camera;
-  std::string projector;
-  StationGeometry geometry;
-};
-
-Expected<Choices> choices_from_flags() {
+Expected<ReconstructorOptions> choices_from_flags() {
   static const std::vector<NamedEstimator> known{
       {"weighted", Estimator::weighted}, {"paper", Estimator::paper}, {"edges", Estimator::edges}};
-  Choices choices;
+  ReconstructorOptions choices;
   for (const std::string& name : parse_names(FLAGS_estimator)) {
     const auto named = [&](const NamedEstimator& candidate) { return candidate.name == name; };
     const auto found = std::find_if(known.begin(), known.end(), named);
@@ -127,248 +105,26 @@ Expected<std::vector<std::string>> chosen_stations(const Capture& capture) {
   return without_board.empty() ? all : without_board;
 }
 
-Expected<const Sensor*> matching_sensor(const CaptureSensor& wanted, const Rig& rig) {
-  const auto index = rig.find(wanted.name);
-  if (!index) return nullptr;
-  const Sensor& sensor = rig.sensors[*index];
-  const ImageSize size = sensor.lens.size();
-  if (sensor.kind == wanted.kind && size == wanted.size) return &sensor;
-  return fail(fmt::format("{}: sensor {} is a {} of {} x {} but the capture's is a {} of {} x {}: is it another rig?",
-                          FLAGS_rig, wanted.name, sensor.kind == SensorKind::camera ? "camera" : "projector",
-                          size.width_px, size.height_px, wanted.kind == SensorKind::camera ? "camera" : "projector",
-                          wanted.size.width_px, wanted.size.height_px));
-}
-
-// A rig beside the main one, and the cloud it makes of the same readings, posed as the reference method does.
-struct ComparedRig {
-  std::string name;
-  Rig rig;
-  std::vector<Pair> pairs;
-  std::optional<CloudAssembly> assembly = std::nullopt;
-  Cloud cloud = {};
-};
-
-// Projectors that show the patterns at some station.
-std::vector<std::string> projectors_of(const Capture& capture) {
-  std::vector<std::string> names;
-  for (const Station& station : capture.stations) {
-    const std::string& name = capture.projector_at(station.id);
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
-  return names;
-}
-
-Expected<std::vector<Pair>> pairs_of(const Capture& capture, const Rig& rig) {
-  if (!capture.projector || capture.orientations.empty()) {
-    return fail(fmt::format("{} has no stripe frames: there is nothing to reconstruct", capture.description.string()));
-  }
-  std::vector<Pair> pairs;
-  for (const CaptureSensor& wanted : capture.sensors) {
-    if (wanted.kind != SensorKind::camera || !capture.sees_patterns(wanted.name)) continue;
-    const auto camera = matching_sensor(wanted, rig);
-    if (!camera) return tl::unexpected(camera.error());
-    if (*camera == nullptr) {
-      log_warning(fmt::format("camera {} is left out: {} does not know it", wanted.name, FLAGS_rig));
-      continue;
-    }
-    for (const std::string& name : projectors_of(capture)) {
-      const auto projector = matching_sensor(*capture.sensor(name), rig);
-      if (!projector) return tl::unexpected(projector.error());
-      if (*projector == nullptr) return fail(fmt::format("{} has no sensor {}", FLAGS_rig, name));
-      pairs.push_back({wanted.name, name,
-                       StationGeometry((*camera)->lens, (*projector)->lens, (*camera)->sensor_from_mount,
-                                       (*projector)->sensor_from_mount)});
-    }
-  }
-  if (pairs.empty()) return fail(fmt::format("{} knows none of the capture's cameras", FLAGS_rig));
-  return pairs;
-}
-
 Expected<std::vector<ComparedRig>> rigs_to_compare(const Capture& capture) {
   std::vector<ComparedRig> rigs;
   for (const std::string& name : parse_names(FLAGS_compare)) {
     auto rig = read_rig(std::filesystem::path(FLAGS_rig) / name);
     if (!rig) return tl::unexpected(rig.error());
-    auto pairs = pairs_of(capture, *rig);
+    auto pairs = sensor_pairs(capture, *rig, (std::filesystem::path(FLAGS_rig) / name).string());
     if (!pairs) return tl::unexpected(pairs.error());
     rigs.push_back({name, std::move(*rig), std::move(*pairs)});
   }
   return rigs;
 }
 
-// All points of one estimator.
-struct NamedCloud {
-  std::string estimator;
-  CloudAssembly assembly;
-  Cloud cloud = {};
-};
-
-// Images of one view at a time are in memory. A view fails as a whole: clouds of one run show the same stations.
-class Reconstructor {
- public:
-  Reconstructor(const Capture& capture, const Rig& rig, const Choices& choices, std::vector<ComparedRig> compared_rigs,
-                std::size_t stations)
-      : compared(std::move(compared_rigs)),
-        capture_(capture),
-        rig_(rig),
-        choices_(choices),
-        tracked_(is_tracked(capture, rig)) {
-    AssemblyOptions assembly = choices.assembly;
-    assembly.merge = assembly.merge && tracked_ && stations > 1;
-    for (const NamedEstimator& named : choices.estimators) {
-      reconstruction.estimators.push_back(named.name);
-      clouds.push_back({named.name, CloudAssembly(assembly)});
-    }
-    for (ComparedRig& beside : compared) beside.assembly.emplace(assembly);
-  }
-
-  // Where stations are, if that is known better than by each one's LEDs.
-  void place(std::map<std::string, StationPose> refined) { refined_ = std::move(refined); }
-
-  // To be called before add() of a station: where the probe was, if it is tracked.
-  void go_to(const std::string& station) {
-    const auto known = refined_.find(station);
-    if (known != refined_.end()) {
-      where_ = known->second;
-    } else if (tracked_) {
-      where_ = station_pose(capture_, rig_, station, choices_.pose);
-    }
-    if (tracked_ && where_) places_[station] = where_->constellation.pose.world_from_probe;
-  }
-
-  void add(const std::string& station, const Pair& pair) {
-    if (pair.projector != capture_.projector_at(station)) return;
-    if (const auto exclusion = capture_.exclusion(station, pair.camera)) {
-      return log_line(fmt::format("station {}, {} is excluded: {}", station, pair.camera, exclusion->reason));
-    }
-    const auto parts = where_ ? reconstruct(station, pair) : tl::unexpected(where_.error());
-    if (!parts) {
-      reconstruction.failed.push_back({station, pair.camera, parts.error().message});
-      return;
-    }
-    for (std::size_t i = 0; i < parts->size(); ++i) {
-      const StationCloud& part = (*parts)[i];
-      const RemovedPoints removed =
-          clouds[i].assembly.add(part.cloud, station, pair.geometry.probe_from_cam.translation, world_from_probe());
-      reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
-                                      part.decoded_fraction, part.median_sigma_mm, part.orientations, removed});
-    }
-  }
-
-  // After finish(): what cameras that see no patterns, such as thermal ones, show at each point of the main cloud.
-  Expected<void> map_images(const std::vector<std::string>& stations) {
-    Cloud& cloud = clouds.front().cloud;
-    std::vector<CloudColumn> columns;
-    for (const CaptureSensor& camera : capture_.sensors) {
-      const auto index = rig_.find(camera.name);
-      if (!camera.ambient_only || !index) continue;
-      if (!tracked_ && stations.size() > 1) {
-        log_warning(fmt::format("{} is not mapped: clouds of several stations are in no common frame", camera.name));
-        continue;
-      }
-      ImageMapper mapper(cloud);
-      for (const std::string& station : stations) {
-        const auto place = places_.find(station);
-        if ((tracked_ && place == places_.end()) || capture_.exclusion(station, camera.name)) continue;
-        const auto image = read_frame(capture_, camera.name, station, 0);
-        if (!image) return tl::unexpected(image.error());
-        const Pose probe_from_cloud = tracked_ ? place->second.inverse() : Pose{};
-        const Sensor& sensor = rig_.sensors[*index];
-        mapper.add(*image, sensor.lens, sensor.sensor_from_mount * probe_from_cloud);
-      }
-      columns.push_back({camera.name, mapper.values()});
-      columns.push_back({camera.name + "_views", mapper.views()});
-    }
-    cloud.columns = std::move(columns);
-    return {};
-  }
-
-  // After the last add().
-  Expected<void> finish() {
-    for (NamedCloud& named : clouds) {
-      AssembledCloud assembled = named.assembly.finish();
-      if (assembled.cloud.points.empty()) return fail(named.estimator + ": cleaning left no point; see --noclean");
-      named.cloud = std::move(assembled.cloud);
-      reconstruction.clouds.push_back(
-          {named.estimator, named.cloud.points.size(), std::move(assembled.merged), assembled.not_smoothed});
-    }
-    for (ComparedRig& beside : compared) beside.cloud = beside.assembly->finish().cloud;
-    return {};
-  }
-
-  Reconstruction reconstruction;
-  std::vector<NamedCloud> clouds;
-  std::vector<ComparedRig> compared;
-
- private:
-  std::optional<Pose> world_from_probe() const {
-    return tracked_ ? std::optional<Pose>(where_->constellation.pose.world_from_probe) : std::nullopt;
-  }
-
-  Expected<std::vector<StationCloud>> reconstruct(const std::string& station, const Pair& pair) {
-    const auto images = read_stripe_images(capture_, pair.camera, station);
-    if (!images) return tl::unexpected(images.error());
-    std::vector<StationCloud> parts;
-    for (const NamedEstimator& named : choices_.estimators) {
-      StationOptions options;
-      options.estimator = named.estimator;
-      options.decode.bit_rule = choices_.rule;
-      options.name = "station " + station;
-      const auto readings = read_stripes(*images, options);
-      if (!readings) return fail(fmt::format("{}: {}", options.name, readings.error().message));
-      auto part = reconstruct_readings(pair.geometry, *readings, options);
-      if (!part) return tl::unexpected(part.error());
-      if (parts.empty()) {
-        if (const auto done = add_compared(station, pair, *readings, options); !done) {
-          return tl::unexpected(done.error());
-        }
-      }
-      parts.push_back(std::move(*part));
-    }
-    return parts;
-  }
-
-  // What the rigs beside make of the same readings.
-  Expected<void> add_compared(const std::string& station, const Pair& of, const StationReadings& readings,
-                              const StationOptions& options) {
-    for (ComparedRig& beside : compared) {
-      const auto pair = std::find_if(beside.pairs.begin(), beside.pairs.end(), [&](const Pair& p) {
-        return p.camera == of.camera && p.projector == of.projector;
-      });
-      if (pair == beside.pairs.end()) continue;
-      const auto part = reconstruct_readings(pair->geometry, readings, options);
-      if (!part) return fail(fmt::format("{}: {}", beside.name, part.error().message));
-      std::optional<Pose> place;
-      if (tracked_) {
-        const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
-        if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
-        place = where->constellation.pose.world_from_probe;
-      }
-      beside.assembly->add(part->cloud, station, pair->geometry.probe_from_cam.translation, place);
-    }
-    return {};
-  }
-
-  const Capture& capture_;
-  const Rig& rig_;
-  const Choices& choices_;
-  bool tracked_;
-  std::map<std::string, StationPose> refined_;
-  std::map<std::string, Pose> places_;  // world_from_probe of a tracked probe
-  Expected<StationPose> where_ = StationPose{};
-};
-
 // Refines the stations and has them used. Where overlap contradicts the LEDs they stay where these put them, which is
 // said.
-void refine_places(const Capture& capture, const Rig& rig, const Choices& choices,
-                   const std::vector<std::string>& stations, const std::vector<Pair>& pairs, Reconstructor& work) {
-  std::vector<ScanningCamera> cameras;
-  for (const Pair& pair : pairs) {
-    cameras.push_back({pair.camera, *rig.find(pair.camera), *rig.find(pair.projector), &pair.geometry});
-  }
+void refine_places(const Capture& capture, const Rig& rig, const ReconstructorOptions& choices,
+                   const std::vector<std::string>& stations, const std::vector<SensorPair>& pairs,
+                   Reconstructor& work) {
   StationOptions options;
   options.decode.bit_rule = choices.rule;
-  auto refined = refined_stations(capture, rig, stations, cameras, options);
+  auto refined = refined_stations(capture, rig, stations, pairs, options);
   if (!refined) {
     log_warning("--refine_stations: stations stay where their LEDs put them: " + refined.error().message);
     work.reconstruction.refined = {{"refused", refined.error().message}};
@@ -464,7 +220,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
     if (!read) return tl::unexpected(read.error());
     scene = std::move(*read);
   }
-  const auto pairs = pairs_of(*capture, *rig);
+  const auto pairs = sensor_pairs(*capture, *rig, FLAGS_rig);
   if (!pairs) return tl::unexpected(pairs.error());
   auto compared = rigs_to_compare(*capture);
   if (!compared) return tl::unexpected(compared.error());
@@ -477,7 +233,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
     Progress progress("reconstructing", stations->size() * pairs->size());
     for (const std::string& station : *stations) {
       work.go_to(station);
-      for (const Pair& pair : *pairs) {
+      for (const SensorPair& pair : *pairs) {
         work.add(station, pair);
         progress.advance();
       }

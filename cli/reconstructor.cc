@@ -1,0 +1,145 @@
+#include "cli/reconstructor.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cli/progress.h"
+#include "recon/map_image.h"
+
+namespace crumple {
+
+Reconstructor::Reconstructor(const Capture& capture, const Rig& rig, const ReconstructorOptions& options,
+                             std::vector<ComparedRig> compared_rigs, std::size_t stations)
+    : compared(std::move(compared_rigs)),
+      capture_(capture),
+      rig_(rig),
+      options_(options),
+      tracked_(is_tracked(capture, rig)) {
+  AssemblyOptions assembly = options.assembly;
+  assembly.merge = assembly.merge && tracked_ && stations > 1;
+  for (const NamedEstimator& named : options.estimators) {
+    reconstruction.estimators.push_back(named.name);
+    clouds.push_back({named.name, CloudAssembly(assembly)});
+  }
+  for (ComparedRig& beside : compared) beside.assembly.emplace(assembly);
+}
+
+void Reconstructor::go_to(const std::string& station) {
+  const auto known = refined_.find(station);
+  if (known != refined_.end()) {
+    where_ = known->second;
+  } else if (tracked_) {
+    where_ = station_pose(capture_, rig_, station, options_.pose);
+  }
+  if (tracked_ && where_) places_[station] = where_->constellation.pose.world_from_probe;
+}
+
+void Reconstructor::add(const std::string& station, const SensorPair& pair) {
+  if (pair.projector != capture_.projector_at(station)) return;
+  if (const auto exclusion = capture_.exclusion(station, pair.camera)) {
+    return log_line(fmt::format("station {}, {} is excluded: {}", station, pair.camera, exclusion->reason));
+  }
+  const auto parts = where_ ? reconstruct(station, pair) : tl::unexpected(where_.error());
+  if (!parts) {
+    reconstruction.failed.push_back({station, pair.camera, parts.error().message});
+    return;
+  }
+  for (std::size_t i = 0; i < parts->size(); ++i) {
+    const StationCloud& part = (*parts)[i];
+    const RemovedPoints removed =
+        clouds[i].assembly.add(part.cloud, station, pair.geometry.probe_from_cam.translation, world_from_probe());
+    reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
+                                    part.decoded_fraction, part.median_sigma_mm, part.orientations, removed});
+  }
+}
+
+Expected<void> Reconstructor::finish() {
+  for (NamedCloud& named : clouds) {
+    AssembledCloud assembled = named.assembly.finish();
+    if (assembled.cloud.points.empty()) return fail(named.estimator + ": cleaning left no point; see --noclean");
+    named.cloud = std::move(assembled.cloud);
+    reconstruction.clouds.push_back(
+        {named.estimator, named.cloud.points.size(), std::move(assembled.merged), assembled.not_smoothed});
+  }
+  for (ComparedRig& beside : compared) beside.cloud = beside.assembly->finish().cloud;
+  return {};
+}
+
+Expected<void> Reconstructor::map_images(const std::vector<std::string>& stations) {
+  Cloud& cloud = clouds.front().cloud;
+  std::vector<CloudColumn> columns;
+  for (const CaptureSensor& camera : capture_.sensors) {
+    const auto index = rig_.find(camera.name);
+    if (!camera.ambient_only || !index) continue;
+    if (!tracked_ && stations.size() > 1) {
+      log_warning(fmt::format("{} is not mapped: clouds of several stations are in no common frame", camera.name));
+      continue;
+    }
+    ImageMapper mapper(cloud);
+    for (const std::string& station : stations) {
+      const auto place = places_.find(station);
+      if ((tracked_ && place == places_.end()) || capture_.exclusion(station, camera.name)) continue;
+      const auto image = read_frame(capture_, camera.name, station, 0);
+      if (!image) return tl::unexpected(image.error());
+      const Pose probe_from_cloud = tracked_ ? place->second.inverse() : Pose{};
+      const Sensor& sensor = rig_.sensors[*index];
+      mapper.add(*image, sensor.lens, sensor.sensor_from_mount * probe_from_cloud);
+    }
+    columns.push_back({camera.name, mapper.values()});
+    columns.push_back({camera.name + "_views", mapper.views()});
+  }
+  cloud.columns = std::move(columns);
+  return {};
+}
+
+std::optional<Pose> Reconstructor::world_from_probe() const {
+  return tracked_ ? std::optional<Pose>(where_->constellation.pose.world_from_probe) : std::nullopt;
+}
+
+Expected<std::vector<StationCloud>> Reconstructor::reconstruct(const std::string& station, const SensorPair& pair) {
+  const auto images = read_stripe_images(capture_, pair.camera, station);
+  if (!images) return tl::unexpected(images.error());
+  std::vector<StationCloud> parts;
+  for (const NamedEstimator& named : options_.estimators) {
+    StationOptions options;
+    options.estimator = named.estimator;
+    options.decode.bit_rule = options_.rule;
+    options.name = "station " + station;
+    const auto readings = read_stripes(*images, options);
+    if (!readings) return fail(fmt::format("{}: {}", options.name, readings.error().message));
+    auto part = reconstruct_readings(pair.geometry, *readings, options);
+    if (!part) return tl::unexpected(part.error());
+    if (parts.empty()) {
+      if (const auto done = add_compared(station, pair, *readings, options); !done) {
+        return tl::unexpected(done.error());
+      }
+    }
+    parts.push_back(std::move(*part));
+  }
+  return parts;
+}
+
+// What the rigs beside make of the same readings.
+Expected<void> Reconstructor::add_compared(const std::string& station, const SensorPair& of,
+                                           const StationReadings& readings, const StationOptions& options) {
+  for (ComparedRig& beside : compared) {
+    const auto pair = std::find_if(beside.pairs.begin(), beside.pairs.end(), [&](const SensorPair& p) {
+      return p.camera == of.camera && p.projector == of.projector;
+    });
+    if (pair == beside.pairs.end()) continue;
+    const auto part = reconstruct_readings(pair->geometry, readings, options);
+    if (!part) return fail(fmt::format("{}: {}", beside.name, part.error().message));
+    std::optional<Pose> place;
+    if (tracked_) {
+      const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
+      if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
+      place = where->constellation.pose.world_from_probe;
+    }
+    beside.assembly->add(part->cloud, station, pair->geometry.probe_from_cam.translation, place);
+  }
+  return {};
+}
+
+}  // namespace crumple
