@@ -22,8 +22,7 @@ void append(Cloud part, const std::string& station, Cloud& cloud) {
 }  // namespace
 
 RemovedPoints CloudAssembly::add(const Cloud& view, const std::string& station,
-                                 const Eigen::Vector3d& camera_in_probe_mm,
-                                 const std::optional<Pose>& world_from_probe) {
+                                 const Eigen::Vector3d& camera_in_probe_mm, const std::optional<StationPlace>& place) {
   // Without cleaning its spacing is still wanted.
   CleanedCloud clean;
   if (options_.clean || (options_.merge && !merger_)) {
@@ -36,9 +35,9 @@ RemovedPoints CloudAssembly::add(const Cloud& view, const std::string& station,
   if (clean.cloud.points.empty()) return clean.removed;
   if (stations_.empty() || stations_.back() != station) {
     stations_.push_back(station);
-    cameras_mm_.push_back(world_from_probe ? *world_from_probe * camera_in_probe_mm : camera_in_probe_mm);
+    cameras_mm_.push_back(place ? place->world_from_probe * camera_in_probe_mm : camera_in_probe_mm);
   }
-  Cloud placed = world_from_probe ? moved(std::move(clean.cloud), *world_from_probe, "world") : std::move(clean.cloud);
+  Cloud placed = place ? moved(std::move(clean.cloud), place->world_from_probe, "world") : std::move(clean.cloud);
   if (!options_.merge) {
     append(std::move(placed), station, appended_);
     return clean.removed;
@@ -48,7 +47,7 @@ RemovedPoints CloudAssembly::add(const Cloud& view, const std::string& station,
     merger_.emplace(MergeOptions{.spacing_mm = spacing, .threads = options_.threads});
   }
   placed.stations = {station};
-  merger_->add(placed);
+  merger_->add(placed, place.value_or(StationPlace{}));
   return clean.removed;
 }
 

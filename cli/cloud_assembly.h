@@ -11,7 +11,6 @@
 #include "recon/clean.h"
 #include "recon/cloud.h"
 #include "recon/merge.h"
-#include "solvers/pose.h"
 
 namespace crumple {
 
@@ -34,10 +33,11 @@ class CloudAssembly {
   explicit CloudAssembly(const AssemblyOptions& options) : options_(options) {}
 
   // One camera's cloud of a station in the probe frame, where the camera stands in it, and where the probe stood if
-  // that is known: the assembly is in the world frame then, else in the probe's. Returns what cleaning took out; a view
+  // that is known: the assembly is in the world frame then, else in the probe's. How well it is known counts where
+  // stations are merged. Returns what cleaning took out; a view
   // of which it leaves nothing adds nothing.
   RemovedPoints add(const Cloud& view, const std::string& station, const Eigen::Vector3d& camera_in_probe_mm,
-                    const std::optional<Pose>& world_from_probe);
+                    const std::optional<StationPlace>& place);
 
   // Ends the assembly.
   AssembledCloud finish();

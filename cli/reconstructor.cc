@@ -49,7 +49,7 @@ void Reconstructor::add(const std::string& station, const SensorPair& pair) {
   for (std::size_t i = 0; i < parts->size(); ++i) {
     const StationCloud& part = (*parts)[i];
     const RemovedPoints removed =
-        clouds[i].assembly.add(part.cloud, station, pair.geometry.probe_from_cam.translation, world_from_probe());
+        clouds[i].assembly.add(part.cloud, station, pair.geometry.probe_from_cam.translation, station_place());
     reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
                                     part.decoded_fraction, part.median_sigma_mm, part.orientations, removed});
   }
@@ -94,8 +94,10 @@ Expected<void> Reconstructor::map_images(const std::vector<std::string>& station
   return {};
 }
 
-std::optional<Pose> Reconstructor::world_from_probe() const {
-  return tracked_ ? std::optional<Pose>(where_->constellation.pose.world_from_probe) : std::nullopt;
+std::optional<StationPlace> Reconstructor::station_place() const {
+  if (!tracked_) return std::nullopt;
+  const ProbePose& pose = where_->constellation.pose;
+  return StationPlace{pose.world_from_probe, pose.covariance};
 }
 
 Expected<std::vector<StationCloud>> Reconstructor::reconstruct(const std::string& station, const SensorPair& pair) {
@@ -131,11 +133,11 @@ Expected<void> Reconstructor::add_compared(const std::string& station, const Sen
     if (pair == beside.pairs.end()) continue;
     const auto part = reconstruct_readings(pair->geometry, readings, options);
     if (!part) return fail(fmt::format("{}: {}", beside.name, part.error().message));
-    std::optional<Pose> place;
+    std::optional<StationPlace> place;
     if (tracked_) {
       const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
       if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
-      place = where->constellation.pose.world_from_probe;
+      place = StationPlace{where->constellation.pose.world_from_probe, where->constellation.pose.covariance};
     }
     beside.assembly->add(part->cloud, station, pair->geometry.probe_from_cam.translation, place);
   }

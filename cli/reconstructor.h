@@ -72,7 +72,7 @@ class Reconstructor {
   std::vector<ComparedRig> compared;
 
  private:
-  std::optional<Pose> world_from_probe() const;
+  std::optional<StationPlace> station_place() const;
   Expected<std::vector<StationCloud>> reconstruct(const std::string& station, const SensorPair& pair);
   Expected<void> add_compared(const std::string& station, const SensorPair& of, const StationReadings& readings,
                               const StationOptions& options);

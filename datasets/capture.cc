@@ -155,6 +155,7 @@ Expected<Capture> read_capture(const std::filesystem::path& description,
   if (!capture) return capture;
   capture->description = file;
   capture->images = images ? *images : file.parent_path() / capture->images;
+  if (capture->images.empty()) capture->images = ".";  // the folder one stands in
   std::error_code failure;
   if (!std::filesystem::is_directory(capture->images, failure)) {
     return fail(

@@ -39,7 +39,8 @@ class CloudMerger::Impl {
     report_.spacing_mm = options.spacing_mm;
   }
 
-  void add(const Cloud& station) {
+  void add(const Cloud& station, const StationPlace& place) {
+    place_ = place;
     const std::uint16_t index = index_of(station);
     report_.stations.push_back({.station = station.stations.front(), .points = station.points.size()});
     report_.points_in += station.points.size();
@@ -177,13 +178,21 @@ class CloudMerger::Impl {
     return overlap.difference_mm * overlap.difference_mm;
   }
 
+  // What rig and pose put on this station's points there alike, along the normal.
+  double common_variance_at(const Site& site) const {
+    const Eigen::Vector3d in_probe = place_.world_from_probe.inverse() * site.place_mm;
+    const Eigen::RowVector3d normal = site.normal.cast<double>();
+    const Eigen::Matrix<double, 1, 6> d_pose = normal * d_transformed_d_pose(place_.world_from_probe, in_probe);
+    return options_.common_sigma_mm * options_.common_sigma_mm + d_pose * place_.covariance * d_pose.transpose();
+  }
+
   void fuse(double scatter_mm2, std::uint16_t station) {
-    const double common = options_.common_sigma_mm * options_.common_sigma_mm;
     const std::size_t before_splits = sums_.size();
     for (std::size_t i = 0; i < before_splits; ++i) {
       if (sums_[i].points == 0) continue;
       const auto difference = difference_at(i);
-      const double variance = 1 / sums_[i].information + common + (difference ? 1 / map_.sites[i].weight : 0);
+      const double variance =
+          1 / sums_[i].information + common_variance_at(map_.sites[i]) + (difference ? 1 / map_.sites[i].weight : 0);
       if (!difference || *difference * *difference <= options_.gate * std::max(variance, scatter_mm2)) {
         fuse_into(map_.sites[i], sums_[i]);
         continue;
@@ -199,7 +208,7 @@ class CloudMerger::Impl {
 
   void fuse_into(Site& site, const StationSum& sum) const {
     const double noise = 1 / sum.information;
-    const double weight = 1 / (noise + options_.common_sigma_mm * options_.common_sigma_mm);
+    const double weight = 1 / (noise + common_variance_at(site));
     site.weight += weight;
     site.noise += weight * weight * noise;
     site.weighted += weight * (sum.weighted / sum.information);
@@ -249,6 +258,7 @@ class CloudMerger::Impl {
   }
 
   const MergeOptions options_;
+  StationPlace place_;  // of the station at hand
   SiteMap map_;
   std::vector<StationSum> sums_;  // of the station at hand, one per site
   std::vector<std::string> stations_;
@@ -264,7 +274,7 @@ CloudMerger::~CloudMerger() = default;
 CloudMerger::CloudMerger(CloudMerger&&) noexcept = default;
 CloudMerger& CloudMerger::operator=(CloudMerger&&) noexcept = default;
 
-void CloudMerger::add(const Cloud& station) { impl_->add(station); }
+void CloudMerger::add(const Cloud& station, const StationPlace& place) { impl_->add(station, place); }
 MergedCloud CloudMerger::finish() { return impl_->finish(); }
 
 }  // namespace crumple

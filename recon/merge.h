@@ -7,8 +7,9 @@
 //
 // Fusing: within a station the points of a site are averaged with weights 1 / v, v the variance along the normal from
 // decoding, since the noise of pixels is independent. Between stations the weights are 1 / (v + common^2), `common`
-// being what pose and rig put on all points of a station alike: no station is believed beyond it, however many points
-// it has. Positions are means of points, not moved onto a model: an edge is rounded by half a spacing, no more.
+// being what rig and pose put on a station's points alike, the pose's share by its covariance, at the site, along the
+// normal: no station is believed beyond it, however many points it has. Positions are means of points, not moved onto a
+// model: an edge is rounded by half a spacing, no more.
 //
 // What a merged point's numbers mean
 //   sigma_mm, covariance  along the normal, from decoding alone, carried through the weights that were used. It falls
@@ -33,14 +34,22 @@
 #include <vector>
 
 #include "recon/cloud.h"
+#include "solvers/pose.h"
 
 namespace crumple {
 
 struct MergeOptions {
   double spacing_mm = 0;          // of the merged points
-  double common_sigma_mm = 0.05;  // what pose and rig put on a station as a whole, one standard deviation
+  double common_sigma_mm = 0.05;  // what the rig puts on a station as a whole, one standard deviation
   double gate = 25;
   int threads = 1;
+};
+
+// Where a station stood in the frame of all, and how well that is known (tangent of solvers/pose.h). Without a
+// covariance it counts as known.
+struct StationPlace {
+  Pose world_from_probe;
+  Matrix6d covariance = Matrix6d::Zero();
 };
 
 // One addition against the sites that earlier ones had made.
@@ -80,7 +89,7 @@ class CloudMerger {
 
   // The cloud of one station, or of one of its cameras, in the frame of all. A station that is added again, camera
   // after camera, is listed once.
-  void add(const Cloud& station);
+  void add(const Cloud& station, const StationPlace& place = {});
 
   // Ends the merger: nothing may be added any more.
   MergedCloud finish();

@@ -59,6 +59,13 @@ TEST(CheckVerb, ImagesMayLieElsewhere) {
   EXPECT_EQ(check(home.path(), "--images='" + (home / "photos").string() + "'").exit_code, 0);
 }
 
+TEST(CheckVerb, InTheFolderOneStandsIn) {
+  const TemporaryFolder home;
+  write_capture(home.path());
+  const ProgramRun run = run_program("check capture.yaml", "cd '" + home.path().string() + "' &&");
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+}
+
 TEST(CheckVerb, ABadDescriptionIsAnError) {
   const TemporaryFolder home;
   write_content(home / "capture.yaml", "schema: crumple-capture/1\nsensor: {}\n");

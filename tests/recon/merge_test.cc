@@ -55,6 +55,21 @@ TEST(Merge, TheBetterStationWeighsMoreButNotBeyondWhatIsCommon) {
   EXPECT_NEAR(mean_sigma(common.cloud), std::hypot(0.01, 0.09) / 2, 1e-4);
 }
 
+// The second stands a tenth too high, and may be turned about the y axis: by 0 at x = 0 and by 0.2 mm ten away.
+TEST(Merge, AStationWeighsLessWhereItsPoseTellsLess) {
+  CloudMerger merger({.spacing_mm = 0.5});
+  merger.add(made_surface(flat, 12, 0.5, above, 0.001, 3, "a"));
+  StationPlace turned;
+  turned.covariance(1, 1) = 0.02 * 0.02;
+  merger.add(made_surface([](double, double) { return 0.1; }, 12, 0.5, above, 0.001, 4, "b"), turned);
+  const MergedCloud merged = merger.finish();
+  ASSERT_EQ(merged.report.contradictions, 0U);
+  for (const CloudPoint& point : merged.cloud.points) {
+    const double own = 0.05 * 0.05, turn = std::pow(0.02 * point.position_mm.x(), 2);
+    EXPECT_NEAR(point.position_mm.z(), 0.1 * own / (own + own + turn), 0.003) << point.position_mm.x();
+  }
+}
+
 TEST(Merge, SpacingSetsTheNumberOfPointsAndTheNoiseFollows) {
   const Cloud fine = made_surface(flat, 20, 0.25, above, 0.04, 5);
   const MergedCloud merged = merge({fine}, {.spacing_mm = 1});
