@@ -145,6 +145,9 @@ Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& ri
     pose.world_from_probe = refined->stations[s].world_from_probe;
     pose.covariance = refined->stations[s].covariance;
   }
+  result.rig = rig;
+  result.rig.sensors = refined->bundle.state.rig.sensors;
+  for (std::size_t l = 0; l < rig.leds.size(); ++l) result.rig.leds[l] = refined->bundle.state.rig.leds[l];
   result.summary = summary_of(*refined, observed);
   result.text = text_of(*refined, observed);
   return result;

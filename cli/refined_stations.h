@@ -17,8 +17,10 @@
 
 namespace crumple {
 
+// Poses and rig belong together: where the rig was free, poses hold what it moved by.
 struct RefinedStations {
   std::map<std::string, StationPose> poses;  // of the stations that were refined
+  Rig rig;                                   // with the covariance it was given
   nlohmann::json summary;                    // docs/formats.md, `refined`
   std::string text;
 };

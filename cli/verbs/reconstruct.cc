@@ -117,22 +117,31 @@ Expected<std::vector<ComparedRig>> rigs_to_compare(const Capture& capture) {
   return rigs;
 }
 
-// Refines the stations and has them used. Where overlap contradicts the LEDs they stay where these put them, which is
-// said.
-void refine_places(const Capture& capture, const Rig& rig, const ReconstructorOptions& choices,
-                   const std::vector<std::string>& stations, const std::vector<SensorPair>& pairs,
-                   Reconstructor& work) {
-  StationOptions options;
-  options.decode.bit_rule = choices.rule;
-  auto refined = refined_stations(capture, rig, stations, pairs, options);
+// What is reconstructed with: the rig, and where stations are if that is known better than by each one's LEDs.
+struct Setup {
+  Rig rig;
+  std::vector<SensorPair> pairs;
+  std::optional<RefinedStations> refined = std::nullopt;
+  std::string refusal = {};  // why nothing was refined
+};
+
+// Refines the stations and the rig with them. Where overlap contradicts the LEDs both stay as they are, which is said.
+Expected<void> refine_setup(const Capture& capture, const ReconstructorOptions& options,
+                            const std::vector<std::string>& stations, Setup& setup) {
+  StationOptions reading;
+  reading.decode.bit_rule = options.rule;
+  auto refined = refined_stations(capture, setup.rig, stations, setup.pairs, reading);
   if (!refined) {
     log_warning("--refine_stations: stations stay where their LEDs put them: " + refined.error().message);
-    work.reconstruction.refined = {{"refused", refined.error().message}};
-    return;
+    setup.refusal = refined.error().message;
+    return {};
   }
-  work.place(std::move(refined->poses));
-  work.reconstruction.refined = std::move(refined->summary);
-  work.reconstruction.refined_text = std::move(refined->text);
+  auto pairs = sensor_pairs(capture, refined->rig, FLAGS_rig);
+  if (!pairs) return tl::unexpected(pairs.error());
+  setup.rig = refined->rig;
+  setup.pairs = std::move(*pairs);
+  setup.refined = std::move(*refined);
+  return {};
 }
 
 // Deviations per cloud, in the world frame after one rigid move onto the surface; empty without --truth.
@@ -207,7 +216,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   }
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
-  const auto rig = read_rig(FLAGS_rig);
+  auto rig = read_rig(FLAGS_rig);
   if (!rig) return tl::unexpected(rig.error());
   if (FLAGS_refine_stations && !is_tracked(*capture, *rig)) {
     return usage_error("--refine_stations wants a capture in which trackers see the probe's LEDs");
@@ -220,20 +229,31 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
     if (!read) return tl::unexpected(read.error());
     scene = std::move(*read);
   }
-  const auto pairs = sensor_pairs(*capture, *rig, FLAGS_rig);
+  auto pairs = sensor_pairs(*capture, *rig, FLAGS_rig);
   if (!pairs) return tl::unexpected(pairs.error());
   auto compared = rigs_to_compare(*capture);
   if (!compared) return tl::unexpected(compared.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
 
-  Reconstructor work(*capture, *rig, *choices, std::move(*compared), stations->size());
-  if (FLAGS_refine_stations) refine_places(*capture, *rig, *choices, *stations, *pairs, work);
+  Setup setup{std::move(*rig), std::move(*pairs)};
+  if (FLAGS_refine_stations) {
+    if (const auto done = refine_setup(*capture, *choices, *stations, setup); !done) {
+      return tl::unexpected(done.error());
+    }
+  }
+  Reconstructor work(*capture, setup.rig, *choices, std::move(*compared), stations->size());
+  if (!setup.refusal.empty()) work.reconstruction.refined = {{"refused", setup.refusal}};
+  if (setup.refined) {
+    work.place(std::move(setup.refined->poses));
+    work.reconstruction.refined = std::move(setup.refined->summary);
+    work.reconstruction.refined_text = std::move(setup.refined->text);
+  }
   {
-    Progress progress("reconstructing", stations->size() * pairs->size());
+    Progress progress("reconstructing", stations->size() * setup.pairs.size());
     for (const std::string& station : *stations) {
       work.go_to(station);
-      for (const SensorPair& pair : *pairs) {
+      for (const SensorPair& pair : setup.pairs) {
         work.add(station, pair);
         progress.advance();
       }
