@@ -70,11 +70,11 @@ cv::Mat photographed(const cv::Mat1f& scene, const DrawOptions& options) {
   cv::Mat1f blurred;
   cv::GaussianBlur(scene, blurred, {0, 0}, options.blur_px);
   std::mt19937_64 generator(options.seed);
-  std::normal_distribution<double> normal(0, options.noise);
+  std::normal_distribution<double> normal;
   cv::Mat image(scene.size(), CV_8U);
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
-      image.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(blurred(y, x) + normal(generator));
+      image.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(blurred(y, x) + options.noise * normal(generator));
     }
   }
   return image;

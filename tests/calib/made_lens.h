@@ -17,7 +17,7 @@ struct MadeLens {
 inline MadeLens made_lens(const Lens& lens, const std::string& fitted_model, double sigma_px, unsigned seed) {
   constexpr int kPlacements = 12;
   std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal(0, sigma_px);
+  std::normal_distribution<double> normal;
   MadeLens made;
   made.truth.boards = {Board::grid(7, 5, 55)};
   made.truth.rig.sensors = {{"cam0", SensorKind::camera, lens, {}}};
@@ -36,9 +36,9 @@ inline MadeLens made_lens(const Lens& lens, const std::string& fitted_model, dou
       const bool seen = pixel && (pixel->array() > 0).all() && pixel->x() < lens.size().width_px - 1 &&
                         pixel->y() < lens.size().height_px - 1;
       if (!seen) continue;
-      const double x = normal(generator);
+      const double x = sigma_px * normal(generator);
       view.corners.push_back(i);
-      view.pixels.push_back(*pixel + Eigen::Vector2d(x, normal(generator)));
+      view.pixels.push_back(*pixel + Eigen::Vector2d(x, sigma_px * normal(generator)));
     }
     made.truth.world_from_board.push_back(pose);
     made.truth.board_of.push_back(0);

@@ -52,10 +52,10 @@ cv::Mat seen(const Scene& scene, double blur_px) {
 
 cv::Mat with_noise(const cv::Mat& image, double sigma, unsigned seed) {
   std::mt19937 generator(seed);
-  std::normal_distribution<double> normal(0, sigma);
+  std::normal_distribution<double> normal;
   cv::Mat noisy = image.clone();
   for (auto& value : cv::Mat_<std::uint16_t>(noisy))
-    value = cv::saturate_cast<std::uint16_t>(value + normal(generator));
+    value = cv::saturate_cast<std::uint16_t>(value + sigma * normal(generator));
   return noisy;
 }
 

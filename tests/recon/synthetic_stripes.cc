@@ -44,9 +44,9 @@ cv::Mat seen(const StripeScene& scene, const cv::Mat& sources, const cv::Mat& pa
   cv::Mat image;
   cv::resize(fine, image, scene.camera, 0, 0, cv::INTER_AREA);
   image = image * (scene.white - scene.black) + scene.black;
-  std::normal_distribution<float> noise(0, static_cast<float>(scene.noise));
+  std::normal_distribution<float> normal;
   if (scene.noise > 0) {
-    for (float& v : cv::Mat_<float>(image)) v += noise(random);
+    for (float& v : cv::Mat_<float>(image)) v += static_cast<float>(scene.noise) * normal(random);
   }
   // 16 bits keep rounding out of the way where no noise is asked for.
   cv::Mat rounded;

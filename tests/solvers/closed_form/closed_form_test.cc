@@ -105,7 +105,7 @@ TEST(Zhang, RefusesParallelPlacements) {
 std::vector<Eigen::Matrix3d> homographies_at(const std::vector<Eigen::Vector3d>& tilts, double sigma_px,
                                              unsigned seed) {
   std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal(0, sigma_px);
+  std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<Eigen::Matrix3d> homographies;
   for (const Eigen::Vector3d& tilt : tilts) {
@@ -116,7 +116,7 @@ std::vector<Eigen::Matrix3d> homographies_at(const std::vector<Eigen::Vector3d>&
     for (int i = 0; i < 54; ++i) {
       plane.emplace_back(40 * (i % 9 - 4), 40 * (i / 9 - 2.5));
       const Eigen::Vector2d x = (pose * Eigen::Vector3d(plane.back().x(), plane.back().y(), 0)).hnormalized();
-      const Eigen::Vector2d noise(normal(generator), normal(generator));
+      const Eigen::Vector2d noise(sigma_px * normal(generator), sigma_px * normal(generator));
       pixels.emplace_back(1400 * (1 - 0.1 * x.squaredNorm()) * x + Eigen::Vector2d(515, 380) + noise);
     }
     homographies.push_back(homography(plane, pixels).value());
