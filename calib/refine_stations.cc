@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -205,8 +206,14 @@ Expected<StationRefinement> refine_stations(const Rig& rig, const std::vector<Ob
   all.overlaps = find_overlaps(stations, start.world_from_probe, options);
   if (const auto posed = refuse_overlap_alone(stations, all.overlaps); !posed) return tl::unexpected(posed.error());
 
+  // Targets are read as corners of boards are; of that the rig's campaign had more.
+  std::map<std::string, double> known_sigma_px = rig.sigma_px;
+  for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+    const auto corners = rig.sigma_px.find(group_name(rig, s, View::Kind::corners));
+    if (corners != rig.sigma_px.end()) known_sigma_px.emplace(group_name(rig, s, View::Kind::leds), corners->second);
+  }
   BundleOptions bundle{.reject_outliers = options.reject_outliers,
-                       .known_sigma_px = rig.sigma_px,
+                       .known_sigma_px = std::move(known_sigma_px),
                        .overlap_inflation = options.overlap_inflation,
                        .threads = options.threads};
   const auto of_leds = rig_prior(rig, start, leds);

@@ -257,10 +257,12 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
       group.redundancy += d - at.hats[v][static_cast<std::size_t>(i)].trace();
     }
   }
-  std::map<View::Kind, Pool> pools;
+  // Of one kind, and of cameras of one mount: targets that the probe sees are no LEDs before a tracker.
+  const auto pool_of = [&](const GroupKey& key) { return std::pair(key.second, state.rig.sensors[key.first].mount); };
+  std::map<std::pair<View::Kind, Mount>, Pool> pools;
   for (const auto& [key, group] : groups) {
-    pools[key.second].square += squares[key];
-    pools[key.second].redundancy += group.redundancy;
+    pools[pool_of(key)].square += squares[key];
+    pools[pool_of(key)].redundancy += group.redundancy;
     if (group.redundancy < options.minimum_redundancy) small.insert(key);
   }
   for (auto& [key, group] : groups) {
@@ -268,7 +270,7 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
     const std::size_t accepted = group.observations - group.outliers;
     group.rms_px = accepted > 0 ? std::sqrt(squares[key] / static_cast<double>(accepted)) : 0;
     group.rms_all_px = std::sqrt(all_squares[key] / static_cast<double>(group.observations));
-    const Pool& pool = pools[key.second];
+    const Pool& pool = pools[pool_of(key)];
     const Pool own = small.contains(key) ? pool : Pool{squares[key], group.redundancy};
     const auto known = known_sigma(state.rig, key, options);
     if (known && !options.estimate_known_sigmas) {

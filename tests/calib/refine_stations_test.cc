@@ -91,6 +91,21 @@ TEST(RefineStations, TargetsTellMore) {
   }
 }
 
+// Few LEDs are read here, too few to tell their noise by each tracker.
+TEST(RefineStations, BadlyReadTargetsSayNothingOfTheTrackersNoise) {
+  MadeCarOptions options = kOptions;
+  options.targets_per_overlap = 20;
+  options.target_sigma_px = 1;
+  const auto data = measured(options, 7);
+  ASSERT_TRUE(data) << data.error().message;
+  const auto refined = refine_stations(data->rig, data->stations, data->car.targets, kIndependent);
+  ASSERT_TRUE(refined) << refined.error().message;
+  for (const GroupSummary& group : refined->bundle.groups) {
+    if (data->rig.sensors[group.sensor].mount != Mount::world) continue;
+    EXPECT_NEAR(group.sigma_px / options.led_sigma_px, 1, 0.4) << group.sensor;
+  }
+}
+
 TEST(RefineStations, OverlapAloneIsRefused) {
   auto data = measured(kOptions, 3);
   ASSERT_TRUE(data) << data.error().message;

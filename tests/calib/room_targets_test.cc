@@ -68,7 +68,7 @@ TEST_F(RoomTargetsTest, AreNoneWhereABoardWasPutElsewhereOrSeenOnce) {
 // Three corners on a line tell no pose.
 TEST_F(RoomTargetsTest, DoWithoutASightThatTellsNoPose) {
   const RoomTargets found = room_targets(rig_, kStations, boards_,
-                                         {sight(2, {0, 1, 2}), sight(0, {0, 1, 2, 6, 12}), sight(1, {0, 1, 6, 12})});
+                                         {sight(2, {0, 1, 2}), sight(0, {0, 1, 2, 6, 13}), sight(1, {0, 1, 6, 13})});
   EXPECT_THAT(found.targets, SizeIs(4));
   EXPECT_THAT(found.readings[2], IsEmpty());
 }
