@@ -104,11 +104,10 @@ CornerEquations linearise(const CornerParameters& p, const std::vector<Sample>& 
   for (const Sample& sample : samples) {
     const Modelled m = model_at(p, sample.from_start);
     const double residual = sample.intensity - m.intensity;
-    n.matrix.selfadjointView<Eigen::Lower>().rankUpdate(m.gradient);
+    n.matrix.noalias() += m.gradient * m.gradient.transpose();
     n.right += residual * m.gradient;
     n.squares += residual * residual;
   }
-  n.matrix = n.matrix.selfadjointView<Eigen::Lower>();
   return n;
 }
 

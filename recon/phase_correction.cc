@@ -189,10 +189,9 @@ Normal tile_normal(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& terms,
     Vector a;
     for (int i = 0; i < kUnknowns; ++i) a[i] = double{tb[i]} - 2 * double{tm[i]} + double{ta[i]};
     const double weight = 1 / (t.sigma * t.sigma);
-    n.matrix.selfadjointView<Eigen::Lower>().rankUpdate(a, weight);
+    n.matrix.noalias() += a * (weight * a).transpose();
     n.right += weight * t.difference * a;
   });
-  n.matrix = n.matrix.selfadjointView<Eigen::Lower>();
   return n;
 }
 

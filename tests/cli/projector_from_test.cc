@@ -38,7 +38,7 @@ const json& parameter(const json& summary, const std::string& name) {
 TEST(CalibrateVerb, AProjectorFromStripesAProjectedChessboardOrBoth) {
   const TemporaryFolder home;
   std::string scene = content_of(CRUMPLE_SOURCE_DIR "/datasets/scenes/projected_board.yaml");
-  scene = replaced(scene, "samples_per_pixel: 16", "samples_per_pixel: 4");
+  scene = replaced(scene, "samples_per_pixel: 16", "samples_per_pixel: 2");
   scene = replaced(scene, "patterns:\n",
                    "patterns:\n  orientations:\n    - {angle_deg: 0, stripe_width_px: 2, bits: 9}\n"
                    "    - {angle_deg: 90, stripe_width_px: 2, bits: 9}\n");

@@ -52,7 +52,6 @@ inline std::string tracked_scene_text() {
   text = text.substr(0, text.find("stations:")) + (kTrackedKeys + 1);
   text.insert(text.find("\nlighting:"), std::string("\n") + kTrackerSensors);
   text.replace(text.find("crumple-scene/1"), 15, "crumple-scene/2");
-  text.replace(text.find("samples_per_pixel: 16"), 21, "samples_per_pixel: 4");
   return text;
 }
 
