@@ -34,8 +34,7 @@ class CloudAssembly {
 
   // One camera's cloud of a station in the probe frame, where the camera stands in it, and where the probe stood if
   // that is known: the assembly is in the world frame then, else in the probe's. How well it is known counts where
-  // stations are merged. Returns what cleaning took out; a view
-  // of which it leaves nothing adds nothing.
+  // stations are merged. Returns what cleaning took out; a view of which it leaves nothing adds nothing.
   RemovedPoints add(const Cloud& view, const std::string& station, const Eigen::Vector3d& camera_in_probe_mm,
                     const std::optional<StationPlace>& place);
 

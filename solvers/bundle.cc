@@ -30,8 +30,8 @@ constexpr double kCauchyScale = 2.5;
 constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
 constexpr double kSigmaFloor_px = 1e-9;                      // noise-free data must not divide by zero
 constexpr double kSigmaSettled = 1e-6;                       // relative change
-constexpr double kRoundTolerance =
-    1e-9;  // while sigmas and outliers are still being settled: well below what moves them
+// While sigmas and outliers are still being settled: well below what moves them.
+constexpr double kRoundTolerance = 1e-9;
 
 GroupKey key_of(const View& view) { return {view.sensor(), view.kind()}; }
 

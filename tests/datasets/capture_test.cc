@@ -322,7 +322,8 @@ TEST(CaptureExamples, OfTheDocumentationAreValid) {
   EXPECT_EQ(examples, 3);
 }
 
-// Mistakes at any station would stop the calibrations of these captures in other tests: here the first does.
+// Its first station. Errors at the others would stop its calibration in tests/cli/procam_test.cc; warnings there are
+// looked for by no test.
 TEST(CaptureExamples, ProcamChecksClean) {
   const auto data = public_data("procam");
   if (!data) GTEST_SKIP() << "the procam images are not here; name their parent folder in CRUMPLE_DATA";
