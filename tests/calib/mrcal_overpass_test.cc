@@ -13,9 +13,9 @@
 #include "calib/calibrate.h"
 #include "datasets/cameramodel_file.h"
 #include "datasets/npy_file.h"
-#include "solvers/minimise.h"
 #include "tests/datasets/public_data.h"
 #include "tests/python.h"
+#include "tests/solvers/joint_solve.h"
 
 namespace crumple {
 namespace {
@@ -24,7 +24,8 @@ constexpr int kSide = 10;
 constexpr int kPoints = kSide * kSide;
 
 // Of every `step`-th view: the state, the measurements x and their Jacobian, columns by lens, frame (rotation vector,
-// translation) and warp; the lens's optimised parameters only, from `first_parameter`. Of all: the observations.
+// translation) and warp; the lens's optimised parameters only, from `first_parameter`. Of all: the observations. Where
+// asked for: inverse(J'J), from mrcal's own Cholesky factor, of lens, warp and two frames.
 constexpr const char* kExtract = R"(
 import mrcal, os, sys, numpy as np
 model, out, step, solve = sys.argv[1].split('|')
@@ -57,6 +58,15 @@ save('J', np.concatenate(rows))
 save('regularization_x', x[boards:])
 save('regularization_J', regularization[:, lens])
 save('cost', np.sum(x ** 2))
+if solve == 'covariance':
+    chosen = np.concatenate((lens, warp, mrcal.state_index_frames(0, **o) + np.arange(6),
+                             mrcal.state_index_frames(100, **o) + np.arange(6)))
+    rows = np.zeros((len(chosen), len(b)))
+    rows[np.arange(len(chosen)), chosen] = 1
+    rows = f.solve_xt_JtJ_bt(rows)
+    units = np.ones(len(b))
+    mrcal.unpack_state(units, **o)
+    save('covariance', rows[:, chosen] * units[chosen] * units[chosen].reshape(-1, 1))
 )";
 
 // mrcal counts in metres here, which is as good a unit as mm.
@@ -104,6 +114,10 @@ class MrcalOverpass : public testing::Test {
 
   // Views with one weight each, outliers left out.
   Observations split_by_weight(std::vector<double>& view_weights) const;
+  struct Problem;
+  std::unique_ptr<const Problem> problem() const;
+  // At mrcal's solution, correlation by correlation.
+  void expect_same_covariance() const;
   Expected<double> least_cost(const CalibrationState& start) const;
 
   TemporaryFolder home_;
@@ -112,14 +126,6 @@ class MrcalOverpass : public testing::Test {
   Observations observations_;
   std::vector<double> weights_;
 };
-
-// exp(r + dr) = exp(J_l dr) exp(r).
-Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& r) {
-  const double angle = r.norm();
-  const Eigen::Matrix3d cross = cross_matrix(r);
-  return Eigen::Matrix3d::Identity() + (1 - std::cos(angle)) / (angle * angle) * cross +
-         (angle - std::sin(angle)) / (angle * angle * angle) * cross * cross;
-}
 
 Eigen::MatrixXd block_of(const View& view, const ViewEvaluation& evaluation, const CalibrationState& state,
                          BlockId::Kind kind) {
@@ -201,29 +207,68 @@ Prior regularization(const CalibrationState& state, const Eigen::VectorXd& x, co
   return Prior::create("regularization", terms, mean, variance.asDiagonal()).value();
 }
 
-// Twice what `minimise` comes to from there, as mrcal counts it: the sum of squares.
-Expected<double> MrcalOverpass::least_cost(const CalibrationState& start) const {
-  std::vector<double> view_weights;
-  const Observations split = split_by_weight(view_weights);
+// What mrcal minimises, in our terms.
+struct MrcalOverpass::Problem {
+  Observations split;
+  std::vector<std::unique_ptr<View>> views;
   std::vector<ViewWeights> weights;
-  for (std::size_t v = 0; v < split.corners.size(); ++v) {
-    weights.push_back({1 / view_weights[v], 1, std::vector<char>(split.corners[v].corners.size(), 1)});
+  std::vector<Prior> priors;
+
+  JointProblem joint() const { return {views, weights, priors, 2}; }
+  Parameters parameters(const CalibrationState& state) const {
+    return {state, views, {{BlockId::Kind::mount, 0}, {BlockId::Kind::scale, 0}}};
   }
-  MinimiseOptions options;
-  options.max_iterations = 200;
-  options.threads = 2;
-  options.priors = {regularization(state_, matrix("regularization_x").row(0).transpose(), matrix("regularization_J"))};
-  CalibrationState state = start;
-  const auto views = make_views(split, state.board_of);
-  const Parameters parameters(state, views, {{BlockId::Kind::mount, 0}, {BlockId::Kind::scale, 0}});
-  const auto minimum = minimise(views, weights, parameters, options, state);
-  if (!minimum) return tl::unexpected(minimum.error());
-  return 2 * minimum->final_cost;
+};
+
+std::unique_ptr<const MrcalOverpass::Problem> MrcalOverpass::problem() const {
+  auto problem = std::make_unique<Problem>();
+  std::vector<double> view_weights;
+  problem->split = split_by_weight(view_weights);
+  for (std::size_t v = 0; v < view_weights.size(); ++v) {
+    problem->weights.push_back(
+        {1 / view_weights[v], 1, std::vector<char>(problem->split.corners[v].corners.size(), 1)});
+  }
+  problem->views = make_views(problem->split, state_.board_of);
+  problem->priors = {regularization(state_, matrix("regularization_x").row(0).transpose(), matrix("regularization_J"))};
+  return problem;
 }
 
-TEST_F(MrcalOverpass, ResidualsAndJacobianAreMrcals) {
-  load("opencv8-0.cameramodel", 1);
-  if (!IsSkipped() && !HasFatalFailure()) expect_same_residuals_and_jacobian(1, 0);
+// In mrcal's order and units: lens, warp and two frames.
+void MrcalOverpass::expect_same_covariance() const {
+  const auto of_mrcal = problem();
+  const auto covariance = joint_covariance(of_mrcal->joint(), of_mrcal->parameters(state_), state_);
+  ASSERT_TRUE(covariance) << covariance.error().message;
+  const Eigen::MatrixXd ours = covariance->of({{BlockId::Kind::lens, 0},
+                                               {BlockId::Kind::warp, 0},
+                                               {BlockId::Kind::placement, 0},
+                                               {BlockId::Kind::placement, 100}},
+                                              state_);
+  const Eigen::MatrixXd theirs = matrix("covariance");
+  ASSERT_EQ(ours.rows(), theirs.rows());
+  const int lens = state_.rig.sensors[0].lens.parameter_count();
+  Eigen::MatrixXd tangents = Eigen::MatrixXd::Identity(ours.rows(), ours.cols());
+  tangents.block<3, 3>(lens + 2, lens + 2) = left_jacobian(rotations_[0]);
+  tangents.block<3, 3>(lens + 8, lens + 8) = left_jacobian(rotations_[100]);
+  const Eigen::VectorXd sigmas = ours.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd difference = ours - tangents * theirs * tangents.transpose();
+  const double worst = difference.cwiseQuotient(sigmas * sigmas.transpose()).cwiseAbs().maxCoeff();
+  EXPECT_LT(worst, 1e-6);
+  RecordProperty("worst_covariance", std::to_string(worst * 1e9) + "e-9");
+}
+
+// What our minimiser comes to from there.
+Expected<double> MrcalOverpass::least_cost(const CalibrationState& start) const {
+  const auto of_mrcal = problem();
+  const auto minimum = joint_minimum(of_mrcal->joint(), of_mrcal->parameters(start), start);
+  if (!minimum) return tl::unexpected(minimum.error());
+  return minimum->sum_of_squares;
+}
+
+TEST_F(MrcalOverpass, ResidualsJacobianAndCovarianceAreMrcals) {
+  load("opencv8-0.cameramodel", 1, "covariance");
+  if (IsSkipped() || HasFatalFailure()) return;
+  expect_same_residuals_and_jacobian(1, 0);
+  expect_same_covariance();
 }
 
 TEST_F(MrcalOverpass, ResidualsAndJacobianOfASplinedLensAreMrcals) {
