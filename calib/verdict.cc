@@ -10,8 +10,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "calib/alternatives.h"
+#include "calib/moved_sensor.h"
 #include "calib/rig_prior.h"
 #include "solvers/chi_square.h"
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
@@ -23,6 +26,8 @@ constexpr double kGroupOutliers = 0.05;
 constexpr std::size_t kFewPlacements = 5;
 constexpr double kSmallTilt_rad = 20 * std::numbers::pi / 180;
 constexpr double kFocalUncertainty = 0.01;
+constexpr double kFocalUnknown = 0.1;
+constexpr double kBadViewShare = 0.25;  // of all views, from which on the calibration is rejected
 constexpr double kIllConditioned = 1e9;
 constexpr double kContradiction = 1e-4;  // probability
 constexpr double kNoisier = 3;
@@ -33,7 +38,28 @@ const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view
   });
 }
 
-void judge_views(const Calibration& calibration, std::vector<std::string>& reasons) {
+// Where the view was taken: of a probe that is moved about both what it saw and from where.
+std::string where(const Calibration& calibration, const ViewSummary& view) {
+  const std::string place = place_name(calibration, view);
+  if (!view.placement || !view.station) return fmt::format("station {}", place);
+  return fmt::format("station {} (placement {})", calibration.station_names[*view.station], place);
+}
+
+// Whether the corners of the same place and station are as good as usual.
+bool corners_are_good(const Calibration& calibration, const ViewSummary& of_stripes) {
+  const auto& views = calibration.bundle.views;
+  return std::any_of(views.begin(), views.end(), [&](const ViewSummary& view) {
+    if (view.kind != View::Kind::corners || view.placement != of_stripes.placement ||
+        view.station != of_stripes.station || view.inlier.empty()) {
+      return false;
+    }
+    const auto left_out = std::count(view.inlier.begin(), view.inlier.end(), 0);
+    return static_cast<double>(left_out) <= kBadViewOutliers * static_cast<double>(view.inlier.size());
+  });
+}
+
+void judge_views(const Calibration& calibration, Verdict& verdict) {
+  std::size_t bad = 0;
   for (const ViewSummary& view : calibration.bundle.views) {
     if (view.inlier.empty()) continue;
     const GroupSummary& group = group_of(calibration.bundle, view);
@@ -43,13 +69,19 @@ void judge_views(const Calibration& calibration, std::vector<std::string>& reaso
     // Stripes may hold gross decoding errors that the gate takes care of; corners that far off mean a wrong detection.
     const bool gross = View::dimension_of(view.kind) == 2 && view.rms_all_px > kGrossViewRatio * expected;
     if (view.rms_px <= kBadViewRatio * expected && share <= kBadViewOutliers && !gross) continue;
-    reasons.push_back(
-        fmt::format("station {} is bad in {}: RMS {:.2f} px where {:.2f} px is usual, {:.0f} % of its {} left out; "
-                    "look at the image, "
-                    "or exclude it with the reason",
-                    place_name(calibration, view), calibration.bundle.state.rig.sensors[view.sensor].name,
-                    view.rms_all_px, expected, 100 * share, name_of(view.kind)));
+    ++bad;
+    const bool out_of_step =
+        view.kind == View::Kind::stripes && share > kBadViewOutliers && corners_are_good(calibration, view);
+    verdict.reasons.push_back(fmt::format(
+        "{} is bad in {}: RMS {:.2f} px where {:.2f} px is usual, {:.0f} % of its {} left out; {}",
+        where(calibration, view), calibration.bundle.state.rig.sensors[view.sensor].name, view.rms_all_px, expected,
+        100 * share, name_of(view.kind),
+        out_of_step ? "its corners are good: camera and projector were out of step, or something moved between the "
+                      "patterns; take it again"
+                    : "look at the image, or exclude it with the reason"));
   }
+  const auto all = static_cast<double>(calibration.bundle.views.size());
+  if (static_cast<double>(bad) > kBadViewShare * all) verdict.rejected = true;
 }
 
 void judge_groups(const BundleResult& bundle, std::vector<std::string>& reasons) {
@@ -114,7 +146,8 @@ void judge_boards(Mount mount, const BundleResult& bundle, std::vector<std::stri
   }
 }
 
-void judge_geometry(const Calibration& calibration, std::vector<std::string>& reasons) {
+void judge_geometry(const Calibration& calibration, Verdict& verdict) {
+  std::vector<std::string>& reasons = verdict.reasons;
   const CalibrationState& state = calibration.bundle.state;
   // An earlier rig had boards enough.
   if (!calibration.earlier) {
@@ -125,6 +158,7 @@ void judge_geometry(const Calibration& calibration, std::vector<std::string>& re
     const Sensor& sensor = state.rig.sensors[s];
     const Eigen::MatrixXd covariance = calibration.bundle.covariance.of({{BlockId::Kind::lens, s}}, state);
     const double relative = std::sqrt(covariance(0, 0)) / sensor.lens.parameters()[0];
+    if (relative > kFocalUnknown) verdict.rejected = true;
     if (relative > kFocalUncertainty) {
       reasons.push_back(fmt::format("{}: the focal length is known to {:.1f} % only: add tilts and distances",
                                     sensor.name, 100 * relative));
@@ -169,9 +203,23 @@ void judge_earlier(const Calibration& calibration, std::vector<std::string>& rea
   }
 }
 
+// Boards whose bending was allowed for, where it is beyond three sigma.
+void note_bent_boards(const BundleResult& bundle, std::vector<std::string>& notes) {
+  for (std::size_t b = 0; b < bundle.state.boards.size(); ++b) {
+    const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::warp, b}}, bundle.state);
+    if (!(covariance(0, 0) > 0)) continue;
+    const Eigen::Vector2d warp_mm = bundle.state.boards[b].warp_mm;
+    if (warp_mm.dot(Eigen::Vector2d(solve_symmetric(covariance, warp_mm))) < 9) continue;
+    const auto [low, high] = std::minmax({0.0, warp_mm.x(), warp_mm.y(), warp_mm.sum()});
+    notes.push_back(
+        fmt::format("board '{}' is bent by {:.2g} mm, which was allowed for", bundle.state.boards[b].name, high - low));
+  }
+}
+
 std::vector<std::string> notes_on(const BundleResult& bundle) {
   constexpr std::size_t kNamed = 6;
   std::vector<std::string> notes;
+  note_bent_boards(bundle, notes);
   for (const Undetermined& undetermined : bundle.undetermined) {
     const std::size_t named = std::min(kNamed, undetermined.terms.size());
     const std::vector<std::string> terms(undetermined.terms.begin(),
@@ -190,13 +238,40 @@ std::vector<std::string> notes_on(const BundleResult& bundle) {
 
 }  // namespace
 
+std::string level_of(const Verdict& verdict) {
+  if (verdict.ok) return "ok";
+  return verdict.rejected ? "rejected" : "suspect";
+}
+
 Verdict judge(const Calibration& calibration) {
   Verdict verdict;
-  judge_views(calibration, verdict.reasons);
+  judge_views(calibration, verdict);
   judge_groups(calibration.bundle, verdict.reasons);
-  judge_geometry(calibration, verdict.reasons);
+  judge_geometry(calibration, verdict);
   if (calibration.earlier) judge_earlier(calibration, verdict.reasons);
   verdict.notes = notes_on(calibration.bundle);
+  verdict.ok = verdict.reasons.empty();
+  return verdict;
+}
+
+Verdict judge(const CalibrationData& data, const Calibration& calibration, int threads) {
+  Verdict verdict = judge(calibration);
+  std::vector<std::string> faults;
+  const auto moved = verdict.ok ? std::nullopt : find_moved_sensor(data, calibration, threads);
+  if (moved) faults.push_back(moved->sentence);
+  const auto alternatives = test_alternatives(data, calibration, threads);
+  if (!alternatives) {
+    verdict.notes.push_back("faults were not looked for: " + alternatives.error().message);
+  } else {
+    for (const Alternative& found : alternatives->found) {
+      if (!moved || found.kind != AlternativeKind::place) faults.push_back(found.sentence);
+    }
+    if (!alternatives->untestable_sizes.empty()) {
+      verdict.notes.push_back(fmt::format("nothing here could contradict the size of {}: a wrong pitch would not show",
+                                          fmt::join(alternatives->untestable_sizes, ", ")));
+    }
+  }
+  verdict.reasons.insert(verdict.reasons.begin(), faults.begin(), faults.end());
   verdict.ok = verdict.reasons.empty();
   return verdict;
 }

@@ -9,8 +9,15 @@
 // Of a calibration that went on from an earlier rig the numbers of boards and tilts do not count, but it is suspect
 // where what it found contradicts that rig (once in 10,000 times by chance), or scatters three times as much.
 //
+// With the data at hand also where an alternative to the model explains the residuals better (calib/alternatives.h), or
+// a tracker was moved by more than such a test reaches (calib/moved_sensor.h).
+//
 // Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
-// observations' reach does not depend on them, but their values mean nothing.
+// observations' reach does not depend on them, but their values mean nothing. And boards whose size nothing could
+// contradict: a wrong pitch would not show.
+//
+// rejected where numbers are to be used by nobody: a lens whose focal length is not known to 10 %, views beyond the
+// noise where a quarter or more of all views are such.
 #pragma once
 
 #include <string>
@@ -22,10 +29,16 @@ namespace crumple {
 
 struct Verdict {
   bool ok = true;
+  bool rejected = false;
   std::vector<std::string> reasons;  // why not; empty where ok
   std::vector<std::string> notes;    // what to know all the same
 };
 
+// "ok", "suspect" or "rejected".
+std::string level_of(const Verdict& verdict);
+
 Verdict judge(const Calibration& calibration);
+// With what the observations themselves say. `data` is what was calibrated.
+Verdict judge(const CalibrationData& data, const Calibration& calibration, int threads);
 
 }  // namespace crumple

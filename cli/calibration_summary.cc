@@ -140,7 +140,7 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
                          const std::vector<SkippedView>& skipped) {
   const CalibrationState& state = calibration.bundle.state;
   json summary{{"schema", "crumple-summary/1"},
-               {"verdict", verdict.ok ? "ok" : "suspect"},
+               {"verdict", level_of(verdict)},
                {"reasons", verdict.reasons},
                {"notes", verdict.notes},
                {"placements", calibration.placement_names.size()},
@@ -177,7 +177,7 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
 std::string calibration_text(const Calibration& calibration, const Verdict& verdict,
                              const std::vector<SkippedView>& skipped) {
   const BundleResult& bundle = calibration.bundle;
-  std::string text = fmt::format("verdict: {}\n", verdict.ok ? "ok" : "suspect");
+  std::string text = fmt::format("verdict: {}\n", level_of(verdict));
   for (const std::string& reason : verdict.reasons) text += fmt::format("  - {}\n", reason);
   for (const std::string& note : verdict.notes) text += fmt::format("note: {}\n", note);
   text += fmt::format("placements: {}\n", calibration.placement_names.size());

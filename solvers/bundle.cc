@@ -13,6 +13,7 @@
 #include "solvers/closed_form/board_pose.h"
 #include "solvers/minimise.h"
 #include "solvers/parallel.h"
+#include "solvers/square_root.h"
 
 namespace crumple {
 namespace {
@@ -120,8 +121,13 @@ NormalEquations equations_at(const Views& views, const std::vector<ViewWeights>&
 }
 
 Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeights>& weights,
-                                  const NormalEquations& equations, const CalibrationState& state, int threads) {
-  auto covariance = JointCovariance::create(equations, state);
+                                  const NormalEquations& equations, const CalibrationState& state,
+                                  const BundleOptions& options) {
+  const int threads = options.threads;
+  auto covariance = JointCovariance::create(equations, state, [&] {
+    return reduced_square_root(views, equations.parameters(), whitened_at(views, weights, state), options.priors, state,
+                               threads);
+  });
   if (!covariance) return tl::unexpected(covariance.error());
   Linearisation result{std::vector<Eigen::VectorXd>(views.size()),
                        std::vector<std::vector<Eigen::Matrix2d>>(views.size()), std::move(*covariance)};
@@ -435,7 +441,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   }
   if (options.reject_outliers) {
     const NormalEquations equations = equations_at(views, weights, parameters, state, options);
-    const auto at = linearise(views, weights, equations, state, options.threads);
+    const auto at = linearise(views, weights, equations, state, options);
     if (!at) return tl::unexpected(at.error());
     gate_outliers(views, *at, options.gate, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
@@ -446,7 +452,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   for (int round = 1;; ++round) {
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
     if (!minimum) return tl::unexpected(minimum.error());
-    auto at = linearise(views, weights, minimum->equations, state, options.threads);
+    auto at = linearise(views, weights, minimum->equations, state, options);
     if (!at) return tl::unexpected(at.error());
     const auto groups = summarise_groups(views, *at, weights, state, options, small);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));

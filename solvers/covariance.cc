@@ -13,6 +13,7 @@ namespace crumple {
 namespace {
 
 constexpr double kSingular = 1e-12;  // rounding reaches 1e-15
+constexpr double kSingularRoot = 1e-10;
 constexpr double kSquaresLoseDigits = 1e6;
 constexpr int kNamedComponents = 4;
 
@@ -32,7 +33,8 @@ std::string in_words(const Eigen::VectorXd& direction, const std::vector<std::st
 
 }  // namespace
 
-Expected<JointCovariance> JointCovariance::create(const NormalEquations& equations, const CalibrationState& state) {
+Expected<JointCovariance> JointCovariance::create(const NormalEquations& equations, const CalibrationState& state,
+                                                  const std::function<Eigen::MatrixXd()>& square_root) {
   const Parameters& parameters = equations.parameters();
   JointCovariance result(parameters);
   Eigen::MatrixXd schur = equations.common();
@@ -59,6 +61,7 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   const Eigen::VectorXd diagonal = schur.diagonal();
   for (int i = 0; i < diagonal.size(); ++i) {
     if (!(diagonal[i] > kSingular * equations.common()(i, i))) {
+      if (square_root && result.take(square_root())) return result;
       return fail(fmt::format("{} is not determined by the observations", names[static_cast<std::size_t>(i)]));
     }
   }
@@ -67,6 +70,7 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   const SymmetricEigen eigen = symmetric_eigen(equilibrated);
   result.weakest_direction_ = in_words(eigen.vectors.col(0), names);
   if (!(eigen.values[0] > kSingular)) {
+    if (square_root && result.take(square_root())) return result;
     return fail(
         fmt::format("the observations do not determine the parameters: {} can move together without changing "
                     "any residual; add views that tell them apart or choose a lens model with fewer terms",
@@ -88,11 +92,20 @@ void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
                               const NormalEquations::Evaluate& evaluate, const std::vector<Prior>& priors,
                               const CalibrationState& state, int threads) {
   if (condition_ < kSquaresLoseDigits) return;
-  const Eigen::MatrixXd root = reduced_square_root(views, parameters_, evaluate, priors, state, threads);
-  const Eigen::VectorXd scale = root.colwise().norm().transpose().cwiseInverse();
-  const Eigen::MatrixXd equilibrated = root * scale.asDiagonal();
+  take(reduced_square_root(views, parameters_, evaluate, priors, state, threads));
+}
+
+bool JointCovariance::take(const Eigen::MatrixXd& square_root) {
+  const Eigen::VectorXd scale = square_root.colwise().norm().transpose().cwiseInverse();
+  const Eigen::MatrixXd equilibrated = square_root * scale.asDiagonal();
+  const RightSingular parts = right_singular(equilibrated);
+  const double largest = parts.values[0], smallest = parts.values.tail<1>()[0];
+  weakest_direction_ = in_words(parts.vectors.rightCols<1>(), names_);
+  if (!(smallest > kSingularRoot * largest)) return false;
+  condition_ = (largest / smallest) * (largest / smallest);
   const Eigen::MatrixXd inverse = scale.asDiagonal() * inverse_upper(equilibrated);
   common_.noalias() = inverse * inverse.transpose();
+  return true;
 }
 
 Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const CalibrationState& state) const {

@@ -7,12 +7,14 @@
 //   J'J = [ A  B_j ; B_j'  D_j ],   S = A - sum_j B_j D_j^-1 B_j'          (Schur complement)
 //   cov(a) = S^-1,  cov(a, b_j) = -S^-1 B_j D_j^-1,  cov(b_j) = D_j^-1 + D_j^-1 B_j' S^-1 B_j D_j^-1.
 // S is equilibrated to a unit diagonal before it is factored. Where its smallest equilibrated eigenvalue lies below
-// 1e-12 the parameters are not determined: that is an error which names the direction. What digits squaring the
-// Jacobian has cost, sharpen() brings back.
+// 1e-12, rounding decides, and the Jacobian's triangular square root (solvers/square_root.h) is asked instead: where
+// its smallest equilibrated singular value lies below 1e-10 of the largest, the parameters are not determined. That is
+// an error which names the direction. What digits squaring the Jacobian has cost otherwise, sharpen() brings back.
 //
 // Gauge: the reference sensor's mount is held, so every row is relative to that sensor's frame.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,9 +26,11 @@ namespace crumple {
 
 class JointCovariance {
  public:
-  static Expected<JointCovariance> create(const NormalEquations& equations, const CalibrationState& state);
+  // `square_root` makes reduced_square_root of the same views; without it rounding's doubts are refused.
+  static Expected<JointCovariance> create(const NormalEquations& equations, const CalibrationState& state,
+                                          const std::function<Eigen::MatrixXd()>& square_root = {});
 
-  // Takes cov(a) from the Jacobian's triangular square root (solvers/square_root.h) where the condition asks for it.
+  // Takes cov(a) from the Jacobian's triangular square root where the condition asks for it.
   // The arguments are those the equations were made from.
   void sharpen(const std::vector<std::unique_ptr<View>>& views, const NormalEquations::Evaluate& evaluate,
                const std::vector<Prior>& priors, const CalibrationState& state, int threads);
@@ -39,11 +43,18 @@ class JointCovariance {
   // Joint covariance of the given blocks, each given once, in their order; zero rows for held blocks.
   Eigen::MatrixXd of(const std::vector<BlockId>& blocks, const CalibrationState& state) const;
 
+  const Parameters& parameters() const { return parameters_; }
+  // Of an eliminated pose, by its slot there: B_j D_j^-1, and D_j^-1.
+  const Eigen::Matrix<double, Eigen::Dynamic, 6>& gain(std::size_t slot) const { return gain_[slot]; }
+  const Matrix6d& pose_inverse(std::size_t slot) const { return pose_inverse_[slot]; }
+
   // Condition of the equilibrated information matrix, and its weakest direction in words.
   double condition() const { return condition_; }
   const std::string& weakest_direction() const { return weakest_direction_; }
 
  private:
+  // False where the parameters are not determined.
+  bool take(const Eigen::MatrixXd& square_root);
   explicit JointCovariance(const Parameters& parameters) : parameters_(parameters) {}
 
   Parameters parameters_;

@@ -53,7 +53,8 @@ class NormalEquations {
   std::optional<DampedStep> solve(double damping, int threads) const;
 
   const Parameters& parameters() const { return *parameters_; }
-  const Eigen::MatrixXd& common() const { return sums_.information; }      // A
+  const Eigen::MatrixXd& common() const { return sums_.information; }  // A
+  const Eigen::VectorXd& common_gradient() const { return sums_.gradient; }
   const std::vector<PoseEquations>& eliminated() const { return poses_; }  // as Parameters::eliminated
   double cost() const { return sums_.cost; }                               // half the sum of squares
 

@@ -6,7 +6,7 @@
 
 #include "calib/cross_validate.h"
 #include "calib/led_layout.h"
-#include "calib/moved_sensor.h"
+#include "calib/swapped_axes.h"
 #include "calib/verdict.h"
 #include "cli/calibrate_hand_eye.h"
 #include "cli/calibration_input.h"
@@ -156,12 +156,15 @@ Expected<void> write_starts(const CalibrationData& data, const CalibrationOption
   return {};
 }
 
-// With what the LEDs' drawing and the order of the stations tell.
-Verdict full_verdict(const Capture& capture, const CalibrationData& data, const Calibration& calibration) {
-  Verdict verdict = judge(calibration);
+// With what the LEDs' drawing tells.
+Verdict full_verdict(const Capture& capture, const CalibrationData& data, const CalibrationOptions& options,
+                     const Calibration& calibration) {
+  Verdict verdict = judge(data, calibration, thread_count());
   std::vector<std::string>& reasons = verdict.reasons;
-  const auto moved = verdict.ok ? std::nullopt : find_moved_sensor(data, calibration, thread_count());
-  if (moved) reasons.insert(reasons.begin(), moved->sentence);
+  if (const auto swapped = find_swapped_axes(data, options, &calibration)) {
+    reasons.insert(reasons.begin(), *swapped);
+    verdict.rejected = true;
+  }
   for (const std::string& said : check_led_layout(calibration.bundle.state.rig, nominal_places_mm(capture))) {
     reasons.insert(reasons.begin(), said);
   }
@@ -192,8 +195,12 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   const auto lenses = apply_lens_flag(*options, input->data);
   if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
   const auto calibration = calibrate(input->data, *options);
-  if (!calibration) return fail(explained(calibration.error().message, *capture, input->skipped));
-  const Verdict verdict = full_verdict(*capture, input->data, *calibration);
+  if (!calibration) {
+    const auto swapped = find_swapped_axes(input->data, *options, nullptr);
+    const std::string said = calibration.error().message + (swapped ? "\n" + *swapped : "");
+    return fail(explained(said, *capture, input->skipped));
+  }
+  const Verdict verdict = full_verdict(*capture, input->data, *options, *calibration);
 
   VerbResult result;
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;

@@ -1,0 +1,97 @@
+#include "calib/alternatives.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/swapped_axes.h"
+#include "tests/calib/made_system_data.h"
+#include "tests/solvers/noisy_observations.h"
+
+namespace crumple {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const NoiseLevels kNoise{0.1, 0.1, 0, 0.05};
+
+MadeSystem quiet_system(int trackers) {
+  return make_system({.trackers = trackers,
+                      .stations = 12,
+                      .placements = 2,
+                      .tracker_placements = 8,
+                      .led_sigma_px = 0,
+                      .corner_sigma_px = 0,
+                      .stripe_sigma_px = 0});
+}
+
+AlternativeTests tested(MadeSystem made) {
+  std::mt19937_64 random(5);
+  add_noise(kNoise, random, made.observations);
+  const CalibrationData data = data_of(made);
+  // What the camera side is about is not the start: the nominal boards, flat and of nominal size.
+  CalibrationState start = made.truth;
+  start.boards[0].scale = 1;
+  auto bundle = refine(start, made.observations, {});
+  if (!bundle) {
+    ADD_FAILURE() << bundle.error().message;
+    return {};
+  }
+  const Calibration calibration{.placement_names = data.placement_names,
+                                .station_names = data.station_names,
+                                .start = start,
+                                .bundle = std::move(*bundle)};
+  const auto tests = test_alternatives(data, calibration, 1);
+  EXPECT_TRUE(tests) << tests.error().message;
+  return tests ? *tests : AlternativeTests{};
+}
+
+TEST(Alternatives, NoneIsFoundWhereTheModelIsRight) {
+  const AlternativeTests tests = tested(quiet_system(2));
+  EXPECT_GT(tests.tested, 50);
+  EXPECT_THAT(tests.found, IsEmpty());
+  EXPECT_THAT(tests.untestable_sizes, IsEmpty());  // each board could contradict the other
+}
+
+TEST(Alternatives, AnLedThatWasTouchedIsNamedWithTheStation) {
+  MadeSystem made = quiet_system(3);
+  CalibrationState touched = made.truth;
+  touched.rig.leds[3].position_mm += Eigen::Vector3d(0.25, -0.2, 0.1);
+  const Observations after = predicted_observations(touched, made.observations);
+  for (std::size_t v = 0; v < after.leds.size(); ++v) {
+    if (after.leds[v].station && *after.leds[v].station >= 6) made.observations.leds[v] = after.leds[v];
+  }
+  const AlternativeTests tests = tested(std::move(made));
+  ASSERT_EQ(tests.found.size(), 1u);
+  EXPECT_EQ(tests.found[0].kind, AlternativeKind::led);
+  EXPECT_THAT(tests.found[0].sentence, HasSubstr("LED led3 was moved by 0.3"));
+  EXPECT_THAT(tests.found[0].sentence, HasSubstr("from station_6 on"));
+}
+
+TEST(Alternatives, OfTwoBoardsOneHasAnotherPitch) {
+  MadeSystem made = quiet_system(2);
+  made.truth.boards[0].scale = 1.002;
+  made.observations = predicted_observations(made.truth, made.observations);
+  const AlternativeTests tests = tested(std::move(made));
+  ASSERT_FALSE(tests.found.empty());
+  EXPECT_EQ(tests.found[0].kind, AlternativeKind::size);
+  EXPECT_THAT(tests.found[0].sentence, HasSubstr("the pitch of board"));
+  EXPECT_THAT(tests.found[0].sentence, HasSubstr("tracker_board"));
+}
+
+TEST(SwappedAxes, AreNamedAndOnlyThen) {
+  const MadeSystem made = make_system({.stations = 10, .placements = 2, .tracker_placements = 8});
+  const CalibrationData data = data_of(made);
+  const CalibrationOptions flat{.warp = WarpChoice::off};
+  const auto right = calibrate(data, flat);
+  ASSERT_TRUE(right) << right.error().message;
+  EXPECT_FALSE(find_swapped_axes(data, flat, &*right));
+  const CalibrationData swapped = with_swapped_axes(data);
+  const auto wrong = calibrate(swapped, flat);
+  const auto said = find_swapped_axes(swapped, flat, wrong ? &*wrong : nullptr);
+  ASSERT_TRUE(said);
+  EXPECT_THAT(*said, HasSubstr("columns and rows are exchanged"));
+}
+
+}  // namespace
+}  // namespace crumple

@@ -1,0 +1,221 @@
+#include "tests/calib/coverage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "solvers/chi_square.h"
+#include "solvers/parallel.h"
+#include "solvers/parameters.h"
+
+namespace crumple {
+namespace {
+
+constexpr int kBatch = 64;
+constexpr double kOutside = 0.05;
+
+struct Region {
+  std::string quantity;
+  int dimension = 0;
+  double square = 0;  // of the error, by the covariance
+};
+
+// Errors of parameters in tangents at the estimate, and their covariance; without rows that were held.
+struct ParameterErrors {
+  Eigen::VectorXd errors;
+  Eigen::MatrixXd covariance;
+};
+
+struct Score {
+  std::vector<Region> regions;
+  ParameterErrors all;
+  std::string failure;
+};
+
+ParameterErrors errors_of(const std::vector<BlockId>& blocks, const CalibrationState& truth,
+                          const BundleResult& found) {
+  const Eigen::MatrixXd covariance = found.covariance.of(blocks, found.state);
+  Eigen::VectorXd errors(covariance.rows());
+  Eigen::Index row = 0;
+  for (const BlockId& block : blocks) {
+    const Eigen::VectorXd step = block_step(block, found.state, truth);
+    errors.segment(row, step.size()) = -step;
+    row += step.size();
+  }
+  std::vector<Eigen::Index> estimated;
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    if (covariance(i, i) > 0) estimated.push_back(i);
+  }
+  return {errors(estimated), covariance(estimated, estimated)};
+}
+
+void add_region(const std::string& quantity, const ParameterErrors& parameters, std::vector<Region>& regions) {
+  if (parameters.errors.size() == 0) return;
+  const Eigen::VectorXd sigma = parameters.covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd z = parameters.errors.cwiseQuotient(sigma);
+  const Eigen::MatrixXd correlation =
+      sigma.cwiseInverse().asDiagonal() * parameters.covariance * sigma.cwiseInverse().asDiagonal();
+  regions.push_back({quantity, static_cast<int>(z.size()), z.dot(correlation.ldlt().solve(z))});
+}
+
+// Points fixed to the mount that truly project onto a grid over the image, at `depth_mm`.
+void add_projections(std::size_t s, const CalibrationState& truth, const BundleResult& found,
+                     std::vector<Region>& regions) {
+  const Sensor& true_sensor = truth.rig.sensors[s];
+  const Sensor& sensor = found.state.rig.sensors[s];
+  const double depth_mm = true_sensor.mount == Mount::world ? 2500 : 800;
+  const std::size_t lens_owner = sensor.lens_of.value_or(s);
+  const Eigen::MatrixXd covariance =
+      found.covariance.of({{BlockId::Kind::lens, lens_owner}, {BlockId::Kind::mount, s}}, found.state);
+  for (int row = 1; row <= 4; ++row) {
+    for (int column = 1; column <= 5; ++column) {
+      const Eigen::Vector2d pixel(column * true_sensor.lens.size().width_px / 6.0,
+                                  row * true_sensor.lens.size().height_px / 5.0);
+      const auto ray = true_sensor.lens.ray(pixel);
+      if (!ray) continue;
+      const Eigen::Vector3d point = true_sensor.sensor_from_mount.inverse() * Eigen::Vector3d(*ray * depth_mm);
+      const auto projection = sensor.lens.project_with_gradients(sensor.sensor_from_mount * point);
+      if (!projection) continue;
+      Eigen::MatrixXd jacobian(2, sensor.lens.parameter_count() + 6);
+      jacobian << projection->d_parameters, projection->d_point * d_transformed_d_pose(sensor.sensor_from_mount, point);
+      const Eigen::Matrix2d of_pixel = jacobian * covariance * jacobian.transpose();
+      const Eigen::Vector2d error = projection->pixel - pixel;
+      regions.push_back({"projection of " + sensor.name, 2, error.dot(of_pixel.ldlt().solve(error))});
+    }
+  }
+}
+
+Score score_of(const CoverageCampaign& campaign, bool judge_parameters) {
+  const auto found = refine(campaign.start, campaign.observations, campaign.options);
+  if (!found) return {{}, {}, found.error().message};
+  Score score;
+  const Rig& rig = campaign.truth.rig;
+  std::vector<BlockId> all, leds, scales;
+  for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+    const BlockId lens{BlockId::Kind::lens, s}, mount{BlockId::Kind::mount, s};
+    if (judge_parameters) {
+      add_region("lens of " + rig.sensors[s].name, errors_of({lens}, campaign.truth, *found), score.regions);
+      add_region("mount of " + rig.sensors[s].name, errors_of({mount}, campaign.truth, *found), score.regions);
+    }
+    add_projections(s, campaign.truth, *found, score.regions);
+    all.push_back(lens);
+    all.push_back(mount);
+  }
+  if (!judge_parameters) return score;
+  for (std::size_t l = 0; l < rig.leds.size(); ++l) leds.push_back({BlockId::Kind::led, l});
+  for (std::size_t b = 0; b < campaign.truth.boards.size(); ++b) scales.push_back({BlockId::Kind::scale, b});
+  if (!leds.empty()) add_region("LEDs", errors_of(leds, campaign.truth, *found), score.regions);
+  add_region("scales", errors_of(scales, campaign.truth, *found), score.regions);
+  all.insert(all.end(), leds.begin(), leds.end());
+  all.insert(all.end(), scales.begin(), scales.end());
+  score.all = errors_of(all, campaign.truth, *found);
+  add_region("all parameters", score.all, score.regions);
+  return score;
+}
+
+// Along fixed directions, those of the first campaign, by each campaign's own covariance.
+class Directions {
+ public:
+  void add(const ParameterErrors& parameters) {
+    if (parameters.errors.size() == 0) return;
+    if (vectors_.size() == 0) {
+      sigma_ = parameters.covariance.diagonal().cwiseSqrt();
+      const Eigen::MatrixXd correlation =
+          sigma_.cwiseInverse().asDiagonal() * parameters.covariance * sigma_.cwiseInverse().asDiagonal();
+      vectors_ = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvectors();
+      squares_ = Eigen::VectorXd::Zero(vectors_.cols());
+    }
+    const Eigen::VectorXd errors = vectors_.transpose() * parameters.errors.cwiseQuotient(sigma_);
+    const Eigen::MatrixXd scaled = sigma_.cwiseInverse().asDiagonal() * vectors_;
+    for (Eigen::Index i = 0; i < errors.size(); ++i) {
+      const double variance = scaled.col(i).dot(parameters.covariance * scaled.col(i));
+      squares_[i] += errors[i] * errors[i] / variance;
+    }
+    ++count_;
+  }
+
+  void write(CoverageResult& result) const {
+    result.directions = static_cast<int>(squares_.size());
+    for (const double sum : squares_) {
+      const double variance = sum / count_, z = (variance - 1) / std::sqrt(2.0 / count_);
+      if (std::abs(z) <= std::abs(result.worst_direction_z)) continue;
+      result.worst_direction_variance = variance;
+      result.worst_direction_z = z;
+    }
+  }
+
+ private:
+  Eigen::VectorXd sigma_, squares_;
+  Eigen::MatrixXd vectors_;
+  int count_ = 0;
+};
+
+// By quantity, in the order in which they first came.
+class Table {
+ public:
+  void add(const std::vector<Region>& regions) {
+    std::map<std::string, int> of_campaign;
+    for (const Region& region : regions) {
+      auto found =
+          std::find_if(rows_.begin(), rows_.end(), [&](const auto& r) { return r.quantity == region.quantity; });
+      if (found == rows_.end()) {
+        rows_.push_back({region.quantity, region.dimension});
+        found = rows_.end() - 1;
+      }
+      found->coverage95 += chi_square_tail(region.square, region.dimension) >= kOutside ? 1 : 0;
+      found->nees_per_dof += region.square / region.dimension;
+      found->regions = std::max(found->regions, ++of_campaign[region.quantity]);
+      found->trials += of_campaign[region.quantity] == 1 ? 1 : 0;
+    }
+  }
+
+  std::vector<CoverageRow> rows() const {
+    std::vector<CoverageRow> rows = rows_;
+    for (CoverageRow& row : rows) {
+      const double count = static_cast<double>(row.trials) * row.regions;
+      row.coverage95 /= count;
+      row.nees_per_dof /= count;
+      row.coverage_error = std::sqrt(kOutside * (1 - kOutside) / row.trials);
+      row.nees_error = std::sqrt(2.0 / (row.dimension * row.trials));
+    }
+    return rows;
+  }
+
+ private:
+  std::vector<CoverageRow> rows_;
+};
+
+}  // namespace
+
+CoverageResult measure_coverage(const CoverageConfiguration& configuration, std::uint32_t seed, int trials, int threads,
+                                const std::function<void(int done)>& report) {
+  CoverageResult result;
+  Table table;
+  Directions directions;
+  for (int first = 0; first < trials; first += kBatch) {
+    std::vector<Score> scores(static_cast<std::size_t>(std::min(kBatch, trials - first)));
+    parallel_for(scores.size(), threads, [&](std::size_t i) {
+      std::seed_seq seeds{seed, static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(i)};
+      std::mt19937_64 random(seeds);
+      scores[i] = score_of(configuration.draw(random), configuration.judge_parameters);
+    });
+    for (const Score& score : scores) {
+      if (!score.failure.empty()) {
+        ++result.failed;
+        result.failure = score.failure;
+        continue;
+      }
+      table.add(score.regions);
+      directions.add(score.all);
+    }
+    if (report) report(first + static_cast<int>(scores.size()));
+  }
+  result.rows = table.rows();
+  directions.write(result);
+  return result;
+}
+
+}  // namespace crumple

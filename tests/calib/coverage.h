@@ -1,0 +1,51 @@
+// Whether stated uncertainties are true: how often regions of 95 % contain what is true, over many campaigns.
+//
+// A region is { x : (x - estimate)' C^-1 (x - estimate) <= q }, q the 95 % quantile of chi-square with its dimension n.
+// The square itself (normalised estimation error squared, NEES; Bar-Shalom, Li & Kirubarajan 2001, section 5.4) has the
+// mean n where C is true. sigma is estimated from the same data; that q is chi-square's and not F's costs 1 /
+// redundancy.
+//
+// Quantities of a campaign
+//   lens of S, mount of S, LEDs, scales   each a region of the parameters' tangents
+//   all parameters                        one region of all these
+//   projection of S                       a region of 2 for each of 5 x 4 points, fixed in the frame of the sensor's
+//                                         mount, that truly project onto a grid over the image
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/calib/coverage_configurations.h"
+
+namespace crumple {
+
+struct CoverageRow {
+  std::string quantity;
+  int dimension = 0;
+  int regions = 0;          // per campaign
+  int trials = 0;           // campaigns
+  double coverage95 = 0;    // share of regions that contain the truth
+  double nees_per_dof = 0;  // mean
+  // Standard errors if the uncertainties were true; regions of one campaign count as one, which is cautious.
+  double coverage_error = 0;
+  double nees_error = 0;
+};
+
+struct CoverageResult {
+  std::vector<CoverageRow> rows;
+  // Errors along the eigenvectors of the equilibrated covariance of all parameters, over their predicted sigmas: the
+  // variance farthest from 1, in its standard errors. Without judge_parameters: none.
+  int directions = 0;
+  double worst_direction_variance = 1;
+  double worst_direction_z = 0;
+  int failed = 0;  // campaigns that were refused
+  std::string failure;
+};
+
+// `report` is called now and then. Depends on the seed, not on the number of threads.
+CoverageResult measure_coverage(const CoverageConfiguration& configuration, std::uint32_t seed, int trials, int threads,
+                                const std::function<void(int done)>& report = {});
+
+}  // namespace crumple

@@ -1,0 +1,33 @@
+// Configurations whose stated uncertainties are put to the test: the truth and the layout of what is observed stay,
+// noise is drawn anew for each campaign, and so is what priors and certificates say.
+#pragma once
+
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "solvers/bundle.h"
+#include "tests/solvers/noisy_observations.h"
+
+namespace crumple {
+
+// One campaign as it is handed to the refinement, and what is true of it.
+struct CoverageCampaign {
+  CalibrationState truth;
+  CalibrationState start;
+  Observations observations;
+  BundleOptions options;
+};
+
+struct CoverageConfiguration {
+  std::string name;
+  std::function<CoverageCampaign(std::mt19937_64&)> draw;
+  // Where weak priors hold terms, parameters mean nothing by themselves: only what they project is judged.
+  bool judge_parameters = true;
+};
+
+// All of them; those that take a priori knowledge calibrate once to get it. Fails where that does.
+Expected<std::vector<CoverageConfiguration>> coverage_configurations();
+
+}  // namespace crumple
