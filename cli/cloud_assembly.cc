@@ -21,7 +21,7 @@ void append(Cloud part, const std::string& station, Cloud& cloud) {
 
 }  // namespace
 
-RemovedPoints CloudAssembly::add(const Cloud& view, const std::string& station,
+RemovedPoints CloudAssembly::add(const Cloud& view, std::uint16_t index, const std::string& station,
                                  const Eigen::Vector3d& camera_in_probe_mm, const std::optional<StationPlace>& place) {
   // Without cleaning its spacing is still wanted.
   CleanedCloud clean;
@@ -33,6 +33,7 @@ RemovedPoints CloudAssembly::add(const Cloud& view, const std::string& station,
     clean.removed = {};
   }
   if (clean.cloud.points.empty()) return clean.removed;
+  for (CloudPoint& point : clean.cloud.points) point.view = index;
   if (stations_.empty() || stations_.back() != station) {
     stations_.push_back(station);
     cameras_mm_.push_back(place ? place->world_from_probe * camera_in_probe_mm : camera_in_probe_mm);

@@ -2,6 +2,7 @@
 // points at a time are in memory beside the result.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,9 +35,10 @@ class CloudAssembly {
 
   // One camera's cloud of a station in the probe frame, where the camera stands in it, and where the probe stood if
   // that is known: the assembly is in the world frame then, else in the probe's. How well it is known counts where
-  // stations are merged. Returns what cleaning took out; a view of which it leaves nothing adds nothing.
-  RemovedPoints add(const Cloud& view, const std::string& station, const Eigen::Vector3d& camera_in_probe_mm,
-                    const std::optional<StationPlace>& place);
+  // stations are merged. `index` becomes the points' CloudPoint::view. Returns what cleaning took out; a view of which
+  // it leaves nothing adds nothing.
+  RemovedPoints add(const Cloud& view, std::uint16_t index, const std::string& station,
+                    const Eigen::Vector3d& camera_in_probe_mm, const std::optional<StationPlace>& place);
 
   // Ends the assembly.
   AssembledCloud finish();

@@ -127,6 +127,7 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
     if (cloud.not_smoothed > 0) summary["not_smoothed"][cloud.estimator] = cloud.not_smoothed;
   }
   if (!reconstruction.refined.is_null()) summary["refined"] = reconstruction.refined;
+  if (!reconstruction.uncertainty.is_null()) summary["uncertainty"] = reconstruction.uncertainty;
   if (!reconstruction.truth.empty()) summary["truth"] = truth_json(reconstruction.truth);
   for (const auto& [rig, of_cloud, in_world] : reconstruction.compared) {
     summary["truth"]["world_rms_mm"][rig] = of_cloud.moved_rms_mm;
@@ -151,6 +152,7 @@ std::string reconstruction_text(const Reconstruction& reconstruction) {
   for (const WrittenCloud& cloud : reconstruction.clouds) {
     if (cloud.merged) text += merge_text(cloud);
   }
+  text += reconstruction.uncertainty_text;
   for (const FailedView& view : reconstruction.failed) {
     text += fmt::format("failed: station {}, {}: {}\n", view.station, view.camera, view.reason);
   }

@@ -59,6 +59,8 @@ struct Reconstruction {
   std::vector<EstimatorTruth> compared = {};
   nlohmann::json refined = {};  // of --refine_stations; else null
   std::string refined_text = {};
+  nlohmann::json uncertainty = {};  // of the main cloud's points
+  std::string uncertainty_text = {};
 };
 
 nlohmann::json reconstruction_summary(const Reconstruction& reconstruction);

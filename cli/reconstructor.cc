@@ -13,6 +13,7 @@ namespace crumple {
 Reconstructor::Reconstructor(const Capture& capture, const Rig& rig, const ReconstructorOptions& options,
                              std::vector<ComparedRig> compared_rigs, std::size_t stations)
     : compared(std::move(compared_rigs)),
+      uncertainty(rig),
       capture_(capture),
       rig_(rig),
       options_(options),
@@ -24,6 +25,10 @@ Reconstructor::Reconstructor(const Capture& capture, const Rig& rig, const Recon
     clouds.push_back({named.name, CloudAssembly(assembly)});
   }
   for (ComparedRig& beside : compared) beside.assembly.emplace(assembly);
+  if (options.pose == PoseMethod::markers) uncertainty.refuse("stations posed by markers have no covariance");
+  if (options.estimators.front().estimator != Estimator::weighted) {
+    uncertainty.refuse("it is told for points of the estimator weighted alone");
+  }
 }
 
 void Reconstructor::go_to(const std::string& station) {
@@ -34,6 +39,8 @@ void Reconstructor::go_to(const std::string& station) {
     where_ = station_pose(capture_, rig_, station, options_.pose);
   }
   if (tracked_ && where_) places_[station] = where_->constellation.pose.world_from_probe;
+  if (!tracked_) uncertainty.add_untracked(station);
+  if (tracked_ && where_) uncertainty.add_tracked(station, *where_);
 }
 
 void Reconstructor::add(const std::string& station, const SensorPair& pair) {
@@ -48,11 +55,12 @@ void Reconstructor::add(const std::string& station, const SensorPair& pair) {
   }
   for (std::size_t i = 0; i < parts->size(); ++i) {
     const StationCloud& part = (*parts)[i];
-    const RemovedPoints removed =
-        clouds[i].assembly.add(part.cloud, station, pair.geometry.probe_from_cam.translation, station_place());
+    const RemovedPoints removed = clouds[i].assembly.add(part.cloud, uncertainty.next_view(), station,
+                                                         pair.geometry.probe_from_cam.translation, station_place());
     reconstruction.views.push_back({station, pair.camera, clouds[i].estimator, part.cloud.points.size(),
                                     part.decoded_fraction, part.median_sigma_mm, part.orientations, removed});
   }
+  uncertainty.add_view(pair.camera, pair.projector, parts->front().orientations);
 }
 
 Expected<void> Reconstructor::finish() {
@@ -64,12 +72,14 @@ Expected<void> Reconstructor::finish() {
         {named.estimator, named.cloud.points.size(), std::move(assembled.merged), assembled.not_smoothed});
   }
   for (ComparedRig& beside : compared) beside.cloud = beside.assembly->finish().cloud;
+  uncertainty.add_columns(clouds.front().cloud, options_.assembly.threads);
+  reconstruction.uncertainty = uncertainty.summary();
+  reconstruction.uncertainty_text = uncertainty.text();
   return {};
 }
 
 Expected<void> Reconstructor::map_images(const std::vector<std::string>& stations) {
   Cloud& cloud = clouds.front().cloud;
-  std::vector<CloudColumn> columns;
   for (const CaptureSensor& camera : capture_.sensors) {
     const auto index = rig_.find(camera.name);
     if (!camera.ambient_only || !index) continue;
@@ -87,10 +97,9 @@ Expected<void> Reconstructor::map_images(const std::vector<std::string>& station
       const Sensor& sensor = rig_.sensors[*index];
       mapper.add(*image, sensor.lens, sensor.sensor_from_mount * probe_from_cloud);
     }
-    columns.push_back({camera.name, mapper.values()});
-    columns.push_back({camera.name + "_views", mapper.views()});
+    cloud.columns.push_back({camera.name, mapper.values()});
+    cloud.columns.push_back({camera.name + "_views", mapper.views()});
   }
-  cloud.columns = std::move(columns);
   return {};
 }
 
@@ -139,7 +148,8 @@ Expected<void> Reconstructor::add_compared(const std::string& station, const Sen
       if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
       place = StationPlace{where->constellation.pose.world_from_probe, where->constellation.pose.covariance};
     }
-    beside.assembly->add(part->cloud, station, pair->geometry.probe_from_cam.translation, place);
+    beside.assembly->add(part->cloud, uncertainty.next_view(), station, pair->geometry.probe_from_cam.translation,
+                         place);
   }
   return {};
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/cloud_assembly.h"
+#include "cli/cloud_uncertainty.h"
 #include "cli/reconstruct_summary.h"
 #include "cli/sensor_pairs.h"
 #include "datasets/capture.h"
@@ -61,7 +62,7 @@ class Reconstructor {
   // One camera's view with the projector that showed the patterns there. What fails is noted in `reconstruction`.
   void add(const std::string& station, const SensorPair& pair);
 
-  // After the last add(). Fails where cleaning left nothing of a cloud.
+  // After the last add(): the clouds, the main one with its uncertainty. Fails where cleaning left nothing of a cloud.
   Expected<void> finish();
 
   // After finish(): what cameras that see no patterns, such as thermal ones, show at each point of the main cloud.
@@ -70,6 +71,7 @@ class Reconstructor {
   Reconstruction reconstruction;
   std::vector<NamedCloud> clouds;
   std::vector<ComparedRig> compared;
+  CloudUncertainty uncertainty;  // of the main cloud
 
  private:
   std::optional<StationPlace> station_place() const;

@@ -18,23 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-// The probe's LEDs that the pose was made of; what was left out there stays out.
-LedReadings used_readings(const Rig& rig, const Constellation& where) {
-  LedReadings used;
-  std::size_t residual = 0;
-  for (const LedReading& reading : where.readings) {
-    LedReading kept{{reading.view.sensor, {}, {}, reading.view.station}, {}};
-    for (std::size_t i = 0; i < reading.view.leds.size(); ++i) {
-      if (rig.leds[reading.view.leds[i]].mount != Mount::probe || !where.pose.residuals[residual++].used) continue;
-      kept.view.leds.push_back(reading.view.leds[i]);
-      kept.view.pixels.push_back(reading.view.pixels[i]);
-      kept.covariances_px2.push_back(reading.covariances_px2[i]);
-    }
-    if (!kept.view.leds.empty()) used.push_back(std::move(kept));
-  }
-  return used;
-}
-
 // No surface where the view cannot be reconstructed: the second pass says why.
 std::vector<StationSurface> surfaces_of(const Capture& capture, const Rig& rig, const std::string& station,
                                         const std::vector<SensorPair>& pairs, StationOptions options) {
@@ -145,7 +128,11 @@ Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& ri
     pose.world_from_probe = refined->stations[s].world_from_probe;
     pose.covariance = refined->stations[s].covariance;
   }
+  auto known = refined_knowledge(rig, observed, *refined);
+  if (!known) return tl::unexpected(known.error());
   result.rig = rig;
+  result.rig.covariance = std::move(known->covariance);
+  result.known = std::move(known->poses);
   result.rig.sensors = refined->bundle.state.rig.sensors;
   for (std::size_t l = 0; l < rig.leds.size(); ++l) result.rig.leds[l] = refined->bundle.state.rig.leds[l];
   result.summary = summary_of(*refined, observed);

@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calib/refine_stations.h"
+#include "calib/refined_knowledge.h"
 #include "cli/sensor_pairs.h"
 #include "datasets/capture.h"
 #include "datasets/station_pose.h"
@@ -20,7 +20,8 @@ namespace crumple {
 // Poses and rig belong together: where the rig was free, poses hold what it moved by.
 struct RefinedStations {
   std::map<std::string, StationPose> poses;  // of the stations that were refined
-  Rig rig;                                   // with the covariance it was given
+  Rig rig;                                   // with what the refinement made of its covariance
+  StationPoses known;                        // the poses with their dependence on the rig
   nlohmann::json summary;                    // docs/formats.md, `refined`
   std::string text;
 };

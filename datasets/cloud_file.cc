@@ -12,6 +12,7 @@
 #include <optional>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -35,6 +36,7 @@ struct Header {
   std::size_t count = 0;
   std::size_t stride = 0;
   std::vector<Property> properties;
+  std::size_t shares = 0;  // of the element behind the vertices, if that is one of shares
   std::string frame = "probe";
   std::vector<std::string> stations;
 };
@@ -42,6 +44,9 @@ struct Header {
 constexpr std::array<std::string_view, 6> covariance_names = {"cov_xx", "cov_xy", "cov_xz",
                                                               "cov_yy", "cov_yz", "cov_zz"};
 constexpr std::array<std::array<int, 2>, 6> covariance_terms = {{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+
+constexpr std::string_view share_properties = "uint point;ushort view;float weight;";
+constexpr std::size_t share_size = 10;
 
 template <typename T>
 void append(std::string& buffer, T value) {
@@ -53,11 +58,18 @@ bool is_finite(const CloudPoint& point) {
          std::isfinite(point.intensity) && std::isfinite(point.sigma_mm) && std::isfinite(point.quality);
 }
 
+bool is_sound(const CloudShare& share, std::uint32_t point_before, std::size_t points) {
+  return share.point >= point_before && share.point < points && std::isfinite(share.weight);
+}
+
 Expected<void> check_cloud(const Cloud& cloud) {
   for (const std::string& text : cloud.stations)
     if (text.find_first_of("\r\n") != std::string::npos) return fail("a station's id holds a line break");
   for (std::size_t i = 0; i < cloud.points.size(); ++i)
     if (!is_finite(cloud.points[i])) return fail(fmt::format("point {} has a number that is not finite", i));
+  for (std::size_t i = 0; i < cloud.shares.size(); ++i)
+    if (!is_sound(cloud.shares[i], i == 0 ? 0 : cloud.shares[i - 1].point, cloud.points.size()))
+      return fail(fmt::format("share {} is of no point or out of order", i));
   for (const CloudColumn& column : cloud.columns) {
     if (!is_plain_name(column.name)) return fail(fmt::format("`{}` is no name for a property", column.name));
     if (column.values.size() != cloud.points.size()) return fail(fmt::format("{} is not of every point", column.name));
@@ -69,7 +81,7 @@ Expected<void> check_cloud(const Cloud& cloud) {
 
 std::string header_text(const Cloud& cloud) {
   std::string text =
-      fmt::format("ply\nformat binary_little_endian 1.0\ncomment crumple-cloud/1\ncomment frame {}\ncomment units mm\n",
+      fmt::format("ply\nformat binary_little_endian 1.0\ncomment crumple-cloud/2\ncomment frame {}\ncomment units mm\n",
                   cloud.frame);
   for (std::size_t i = 0; i < cloud.stations.size(); ++i)
     text += fmt::format("comment station {} {}\n", i, cloud.stations[i]);
@@ -78,8 +90,12 @@ std::string header_text(const Cloud& cloud) {
   for (const char* const name : {"nx", "ny", "nz", "intensity", "sigma_mm"})
     text += fmt::format("property float {}\n", name);
   for (const std::string_view name : covariance_names) text += fmt::format("property float {}\n", name);
-  text += "property ushort station\nproperty float quality\n";
+  text += "property ushort station\nproperty float quality\nproperty ushort view\n";
   for (const CloudColumn& column : cloud.columns) text += fmt::format("property float {}\n", column.name);
+  if (!cloud.shares.empty()) {
+    text += fmt::format("element share {}\n", cloud.shares.size());
+    text += "property uint point\nproperty ushort view\nproperty float weight\n";
+  }
   return text + "end_header\n";
 }
 
@@ -91,6 +107,7 @@ void append_point(std::string& buffer, const CloudPoint& point) {
   for (const auto& [row, column] : covariance_terms) append(buffer, point.covariance_mm2(row, column));
   append(buffer, point.station);
   append(buffer, point.quality);
+  append(buffer, point.view);
 }
 
 std::optional<Scalar> scalar_type(const std::string& name) {
@@ -171,10 +188,12 @@ Expected<void> read_property(std::istringstream& words, Header& header) {
 
 Expected<Header> read_header(std::istream& stream) {
   Header header;
-  std::string line, element;
+  std::string line, element, share_text;
   if (!std::getline(stream, line) || (line != "ply" && line != "ply\r")) return fail("it is not a PLY file");
   for (int count = 0; count < 100000 && std::getline(stream, line); ++count) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line == "end_header" && header.shares > 0 && share_text != share_properties)
+      return fail("its shares are not uint point, ushort view and float weight");
     if (line == "end_header") return header;
     std::istringstream words(line);
     std::string keyword, word;
@@ -184,11 +203,18 @@ Expected<Header> read_header(std::istream& stream) {
       return fail(fmt::format("its format is {}; binary_little_endian can be read", word));
     if (keyword == "comment") taken = read_comment(words, header);
     if (keyword == "element") {
-      if (element.empty() && !(words >> element >> header.count && element == "vertex"))
+      std::size_t count_of_it = 0;
+      const std::string before = std::exchange(element, "");
+      words >> element >> count_of_it;
+      if (before.empty() && (element != "vertex" || !words))
         return fail("its first element is not 'vertex' with a count");
-      if (!element.empty() && header.stride > 0) element = "other";
+      if (before.empty()) header.count = count_of_it;
+      const bool behind = before == "vertex" && element == "share";
+      if (!before.empty() && !behind) element = "other";
+      if (behind) header.shares = count_of_it;
     }
     if (keyword == "property" && element == "vertex") taken = read_property(words, header);
+    if (keyword == "property" && element == "share") share_text += rest_of(words) + ";";
     if (!taken) return tl::unexpected(taken.error());
   }
   return fail("its header does not end");
@@ -221,7 +247,8 @@ class PointReader {
         intensity_(header, "intensity"),
         sigma_mm_(header, "sigma_mm"),
         station_(header, "station"),
-        quality_(header, "quality") {
+        quality_(header, "quality"),
+        view_(header, "view") {
     for (const std::string_view name : covariance_names) covariance_.emplace_back(header, name);
   }
 
@@ -239,17 +266,35 @@ class PointReader {
       point.covariance_mm2(row, column) = point.covariance_mm2(column, row) = covariance_[i].real(vertex);
     }
     point.quality = quality_.real(vertex);
-    const double station = station_(vertex);
-    if (!std::isfinite(station) || !is_finite(point)) return std::nullopt;
+    const double station = station_(vertex), view = view_(vertex);
+    if (!std::isfinite(station) || !std::isfinite(view) || !is_finite(point)) return std::nullopt;
     point.station = static_cast<std::uint16_t>(std::clamp(station, 0.0, 65535.0));
+    point.view = static_cast<std::uint16_t>(std::clamp(view, 0.0, 65535.0));
     return point;
   }
 
  private:
   std::array<Column, 3> position_, normal_;
-  Column intensity_, sigma_mm_, station_, quality_;
+  Column intensity_, sigma_mm_, station_, quality_, view_;
   std::vector<Column> covariance_;
 };
+
+Expected<void> read_shares(std::istream& stream, std::uintmax_t file_size, std::size_t count, Cloud& cloud) {
+  if (count > file_size / share_size) return fail("it is cut short");
+  cloud.shares.reserve(count);
+  std::array<char, share_size> bytes{};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return fail("it is cut short");
+    CloudShare share;
+    std::memcpy(&share.point, bytes.data(), sizeof(share.point));
+    std::memcpy(&share.view, bytes.data() + 4, sizeof(share.view));
+    std::memcpy(&share.weight, bytes.data() + 6, sizeof(share.weight));
+    if (!is_sound(share, i == 0 ? 0 : cloud.shares.back().point, cloud.points.size()))
+      return fail(fmt::format("share {} is of no point or out of order", i));
+    cloud.shares.push_back(share);
+  }
+  return {};
+}
 
 Expected<Cloud> read_points(std::istream& stream, std::uintmax_t file_size, const Header& header) {
   const PointReader reader(header);
@@ -266,6 +311,7 @@ Expected<Cloud> read_points(std::istream& stream, std::uintmax_t file_size, cons
       return fail(fmt::format("point {} belongs to station {}, which has no name", i, point->station));
     cloud.points.push_back(*point);
   }
+  if (auto done = read_shares(stream, file_size, header.shares, cloud); !done) return tl::unexpected(done.error());
   return cloud;
 }
 
@@ -283,6 +329,11 @@ Expected<void> write_cloud(const std::filesystem::path& file, const Cloud& cloud
       if (buffer.size() < (1U << 20)) continue;
       stream << buffer;
       buffer.clear();
+    }
+    for (const CloudShare& share : cloud.shares) {
+      append(buffer, share.point);
+      append(buffer, share.view);
+      append(buffer, share.weight);
     }
     stream << buffer;
   });

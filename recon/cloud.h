@@ -17,6 +17,14 @@ struct CloudPoint {
   Eigen::Matrix3f covariance_mm2 = Eigen::Matrix3f::Zero();
   std::uint16_t station = 0;  // index into Cloud::stations
   float quality = 0;          // 0..1: 1 where every orientation agrees within its sigma
+  std::uint16_t view = 0;     // which camera at which station measured it, counted as views were added
+};
+
+// What a view has in a point that was merged of several: its weight, of one in all.
+struct CloudShare {
+  std::uint32_t point = 0;  // index into Cloud::points
+  std::uint16_t view = 0;
+  float weight = 0;
 };
 
 // A further number of every point, such as what a thermal camera shows there.
@@ -30,6 +38,7 @@ struct Cloud {
   std::vector<std::string> stations;
   std::vector<CloudPoint> points;
   std::vector<CloudColumn> columns = {};  // of what is read from files the usual ones only
+  std::vector<CloudShare> shares = {};    // point by point; none where every point is of its own view alone
 };
 
 }  // namespace crumple

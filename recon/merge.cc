@@ -41,6 +41,7 @@ class CloudMerger::Impl {
 
   void add(const Cloud& station, const StationPlace& place) {
     place_ = place;
+    view_ = station.points.empty() ? std::uint16_t{0} : station.points.front().view;
     const std::uint16_t index = index_of(station);
     report_.stations.push_back({.station = station.stations.front(), .points = station.points.size()});
     report_.points_in += station.points.size();
@@ -66,18 +67,21 @@ class CloudMerger::Impl {
     merged.cloud.frame = frame_;
     merged.cloud.stations = stations_;
     const std::vector<Standing> standings = find_contradictions();
+    std::vector<std::optional<std::size_t>> point_of_site(map_.sites.size());
     std::size_t overlapping = 0;
     for (std::size_t i = 0; i < map_.sites.size(); ++i) {
       if (standings[i] == Standing::outvoted) {
         ++report_.outvoted;
         continue;
       }
+      point_of_site[i] = merged.cloud.points.size();
       merged.cloud.points.push_back(point_of(map_.sites[i]));
       overlapping += map_.sites[i].additions > 1;
       if (standings[i] != Standing::contradicted) continue;
       ++report_.contradictions;
       merged.cloud.points.back().quality = 0;
     }
+    merged.cloud.shares = shares(point_of_site);
     report_.points_out = merged.cloud.points.size();
     if (report_.points_out > 0) {
       report_.overlap_share = static_cast<double>(overlapping) / static_cast<double>(report_.points_out);
@@ -87,6 +91,11 @@ class CloudMerger::Impl {
   }
 
  private:
+  struct SiteShare {
+    std::uint32_t site = 0;
+    std::uint16_t view = 0;
+    double weight = 0;
+  };
   enum class Standing : std::uint8_t { sound, contradicted, outvoted };
 
   template <typename Work>
@@ -186,6 +195,20 @@ class CloudMerger::Impl {
     return options_.common_sigma_mm * options_.common_sigma_mm + d_pose * place_.covariance * d_pose.transpose();
   }
 
+  // Weights over their sums, point by point; a point of one view needs none.
+  std::vector<CloudShare> shares(const std::vector<std::optional<std::size_t>>& point_of_site) const {
+    std::vector<CloudShare> result;
+    for (const SiteShare& share : shares_) {
+      const Site& site = map_.sites[share.site];
+      if (site.additions == 1 || !point_of_site[share.site]) continue;
+      result.push_back({static_cast<std::uint32_t>(*point_of_site[share.site]), share.view,
+                        static_cast<float>(share.weight / site.weight)});
+    }
+    std::stable_sort(result.begin(), result.end(),
+                     [](const CloudShare& a, const CloudShare& b) { return a.point < b.point; });
+    return result;
+  }
+
   void fuse(double scatter_mm2, std::uint16_t station) {
     const std::size_t before_splits = sums_.size();
     for (std::size_t i = 0; i < before_splits; ++i) {
@@ -194,7 +217,7 @@ class CloudMerger::Impl {
       const double variance =
           1 / sums_[i].information + common_variance_at(map_.sites[i]) + (difference ? 1 / map_.sites[i].weight : 0);
       if (!difference || *difference * *difference <= options_.gate * std::max(variance, scatter_mm2)) {
-        fuse_into(map_.sites[i], sums_[i]);
+        fuse_into(i, sums_[i]);
         continue;
       }
       ++report_.stations.back().split;
@@ -202,13 +225,16 @@ class CloudMerger::Impl {
       const Eigen::Vector3d offset = sum.weighted / sum.information;
       const int own = open(map_.sites[i].place_mm + offset, sum.normal.normalized(), station);
       sum.weighted.setZero();
-      fuse_into(map_.sites[own], sum);
+      fuse_into(static_cast<std::size_t>(own), sum);
     }
   }
 
-  void fuse_into(Site& site, const StationSum& sum) const {
+  void fuse_into(std::size_t index, const StationSum& sum) {
+    Site& site = map_.sites[index];
     const double noise = 1 / sum.information;
     const double weight = 1 / (noise + common_variance_at(site));
+    shares_.push_back({static_cast<std::uint32_t>(index), view_, weight});
+    if (site.additions == 0) site.view = view_;
     site.weight += weight;
     site.noise += weight * weight * noise;
     site.weighted += weight * (sum.weighted / sum.information);
@@ -231,6 +257,7 @@ class CloudMerger::Impl {
     point.sigma_mm = static_cast<float>(std::sqrt(site.noise) / site.weight);
     point.covariance_mm2 = point.sigma_mm * point.sigma_mm * point.normal * point.normal.transpose();
     point.station = site.station;
+    point.view = site.view;
     return point;
   }
 
@@ -260,7 +287,9 @@ class CloudMerger::Impl {
   const MergeOptions options_;
   StationPlace place_;  // of the station at hand
   SiteMap map_;
+  std::uint16_t view_ = 0;        // likewise
   std::vector<StationSum> sums_;  // of the station at hand, one per site
+  std::vector<SiteShare> shares_;
   std::vector<std::string> stations_;
   std::string frame_;
   unsigned additions_ = 0;

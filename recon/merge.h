@@ -15,7 +15,7 @@
 //   sigma_mm, covariance  along the normal, from decoding alone, carried through the weights that were used. It falls
 //                         with the number of points; the share of poses and rig, which falls with the number of
 //                         stations at best, is not in it: StationOverlap::difference_mm shows how large it is
-//   station               the first that saw the site
+//   station, view         the first that saw the site; Cloud::shares has the weights of all that were fused in it
 //   quality               mean of the points'; 0 where stations contradict each other
 //
 // Contradictions: as a station's points have been taken, each site's mean is held against what earlier stations made of
@@ -87,7 +87,8 @@ class CloudMerger {
   CloudMerger(CloudMerger&&) noexcept;
   CloudMerger& operator=(CloudMerger&&) noexcept;
 
-  // The cloud of one station, or of one of its cameras, in the frame of all. A station that is added again, camera
+  // The cloud of one view, a camera's at a station, in the frame of all; its points have the same CloudPoint::view. A
+  // station that is added again, camera
   // after camera, is listed once.
   void add(const Cloud& station, const StationPlace& place = {});
 

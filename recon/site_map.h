@@ -25,6 +25,7 @@ struct Site {
   Eigen::Vector3d place_mm;
   Eigen::Vector3f normal;
   std::uint16_t station = 0;    // the first
+  std::uint16_t view = 0;       // likewise
   std::uint16_t additions = 0;  // how many are fused in it
   std::uint64_t seen_by = 0;    // bit of the addition's number modulo 64
   std::uint32_t points = 0;

@@ -118,4 +118,20 @@ Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<T
   return result;
 }
 
+LedReadings used_readings(const Rig& rig, const Constellation& where) {
+  LedReadings used;
+  std::size_t residual = 0;
+  for (const LedReading& reading : where.readings) {
+    LedReading kept{{reading.view.sensor, {}, {}, reading.view.station}, {}};
+    for (std::size_t i = 0; i < reading.view.leds.size(); ++i) {
+      if (rig.leds[reading.view.leds[i]].mount != Mount::probe || !where.pose.residuals[residual++].used) continue;
+      kept.view.leds.push_back(reading.view.leds[i]);
+      kept.view.pixels.push_back(reading.view.pixels[i]);
+      kept.covariances_px2.push_back(reading.covariances_px2[i]);
+    }
+    if (!kept.view.leds.empty()) used.push_back(std::move(kept));
+  }
+  return used;
+}
+
 }  // namespace crumple

@@ -43,4 +43,7 @@ Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<T
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options = {});
 
+// Of the probe's LEDs those that the pose was made of: what was left out there stays out.
+LedReadings used_readings(const Rig& rig, const Constellation& where);
+
 }  // namespace crumple

@@ -189,6 +189,7 @@ Expected<void> write_results(const OutputFolder& folder, const Capture& capture,
     const std::string name = i == 0 ? "cloud.ply" : fmt::format("cloud_{}.ply", work.clouds[i].estimator);
     if (auto done = write_cloud(folder / name, work.clouds[i].cloud); !done) return done;
   }
+  if (auto done = work.uncertainty.write(folder.path()); !done) return done;
   const CloudPicture picture = picture_of(capture, work, deviations);
   const auto drawn = write_cloud_picture(folder / "picture.png", work.clouds.front().cloud, picture);
   if (!drawn) return drawn;
@@ -246,6 +247,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   if (!setup.refusal.empty()) work.reconstruction.refined = {{"refused", setup.refusal}};
   if (setup.refined) {
     work.place(std::move(setup.refined->poses));
+    work.uncertainty.know(std::move(setup.refined->known));
     work.reconstruction.refined = std::move(setup.refined->summary);
     work.reconstruction.refined_text = std::move(setup.refined->text);
   }
@@ -289,7 +291,9 @@ Verb reconstruct_verb() {
       .description =
           "Reconstructs every camera that the rig knows, station after station: in the probe frame or, where trackers "
           "watch the probe's LEDs, in the world frame, with overlapping stations fused by their uncertainties. Writes "
-          "cloud.ply by the first estimator, cloud_NAME.ply by each further one, picture.png and summary.json. "
+          "cloud.ply by the first estimator, cloud_NAME.ply by each further one, picture.png and summary.json, and "
+          "with "
+          "the estimator weighted stations.yaml, from which `crumple measure` has the points' uncertainty. "
           "What cameras without patterns show, such as thermal ones, is mapped to the points of the first cloud. "
           "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
           "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "

@@ -4,6 +4,7 @@
 
 #include "calib/unknown_probe.h"
 #include "cli/calibration_input.h"
+#include "cli/cloud_uncertainty.h"
 #include "cli/flags.h"
 #include "cli/progress.h"
 #include "cli/record.h"
@@ -96,10 +97,12 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   if (!folder) return tl::unexpected(folder.error());
 
   std::vector<TrackedStation> tracked;
+  CloudUncertainty uncertainty(*rig);
   {
     Progress progress("tracking", stations->size());
     for (const std::string& station : *stations) {
       tracked.push_back({station, station_pose(*capture, *rig, station)});
+      if (tracked.back().found) uncertainty.add_tracked(station, *tracked.back().found);
       progress.advance();
     }
   }
@@ -115,6 +118,7 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   }
   const auto written =
       write_file(*folder / "poses.csv", poses_csv(tracked))
+          .and_then([&] { return unknown ? Expected<void>{} : uncertainty.write(folder->path()); })
           .and_then([&] { return json_text(result.document); })
           .and_then([&](const std::string& text) { return write_file(*folder / "summary.json", text); })
           .and_then([&] {
@@ -136,7 +140,8 @@ Verb track_verb() {
       .description =
           "Finds the spots in every tracker's frames, tells the LEDs by the words they blink, and poses the probe from "
           "the pixels of all trackers at once, with its covariance. Writes poses.csv (world_from_probe of each "
-          "station) and summary.json. Where the rig has trackers but no LED of the probe, the LEDs are found first, "
+          "station), stations.yaml with how the poses depend on the rig, and summary.json. Where the rig has trackers "
+          "but no LED of the probe, the LEDs are found first, "
           "from all stations together, and written to rig/. A station at which something moved between two readings "
           "of the LEDs fails. Exit code 5 where some stations failed and the others are written.",
       .example =

@@ -13,6 +13,7 @@ Verb check_verb();
 Verb calibrate_verb();
 Verb track_verb();
 Verb reconstruct_verb();
+Verb measure_verb();
 Verb export_verb();
 Verb import_verb();
 

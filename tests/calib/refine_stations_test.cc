@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/calibrate.h"
+#include "calib/refined_knowledge.h"
 #include "tests/calib/made_car.h"
 
 namespace crumple {
@@ -56,8 +57,17 @@ TEST(RefineStations, IsNeverWorseThanLedsAloneAndAsItsCovarianceSays) {
     const auto refined = refine_stations(data->rig, data->stations, {}, kIndependent);
     ASSERT_TRUE(refined) << refined.error().message;
     EXPECT_EQ(refined->overlaps, 3U);
+    // What is kept of it for points' uncertainty says the same of each pose.
+    const auto known = refined_knowledge(data->rig, data->stations, *refined);
+    ASSERT_TRUE(known) << known.error().message;
+    const Eigen::MatrixXd& by_rig = known->poses.d_rig;
+    const Eigen::MatrixXd kept = by_rig * known->covariance.matrix * by_rig.transpose() + known->poses.covariance;
+    EXPECT_LT(known->covariance.matrix.diagonal().minCoeff() / data->rig.covariance.matrix.diagonal().minCoeff(), 1.01);
     std::vector<Pose> by_leds, found;
     for (std::size_t s = 0; s < data->stations.size(); ++s) {
+      const auto six = 6 * static_cast<Eigen::Index>(s);
+      const Matrix6d& stated = refined->stations[s].covariance;
+      EXPECT_LT((kept.block<6, 6>(six, six) - stated).norm(), 1e-6 * stated.norm());
       by_leds.push_back(data->stations[s].world_from_probe);
       found.push_back(refined->stations[s].world_from_probe);
       EXPECT_LT(refined->stations[s].covariance.trace(), refined->stations[s].covariance_by_leds.trace());

@@ -24,8 +24,10 @@ Cloud example_cloud() {
     point.covariance_mm2 << 1, 2, 3, 2, 4, 5, 3, 5, static_cast<float>(i);
     point.station = static_cast<std::uint16_t>(i % 2);
     point.quality = 0.5F;
+    point.view = static_cast<std::uint16_t>(i % 3);
     cloud.points.push_back(point);
   }
+  cloud.shares = {{7, 1, 0.25F}, {7, 2, 0.75F}, {19999, 0, 1}};
   return cloud;
 }
 
@@ -48,6 +50,13 @@ TEST(CloudFile, EveryBitSurvives) {
     ASSERT_EQ(a.covariance_mm2, b.covariance_mm2);
     ASSERT_EQ(a.station, b.station);
     ASSERT_EQ(a.quality, b.quality);
+    ASSERT_EQ(a.view, b.view);
+  }
+  ASSERT_EQ(read->shares.size(), cloud.shares.size());
+  for (std::size_t i = 0; i < cloud.shares.size(); ++i) {
+    EXPECT_EQ(read->shares[i].point, cloud.shares[i].point);
+    EXPECT_EQ(read->shares[i].view, cloud.shares[i].view);
+    EXPECT_EQ(read->shares[i].weight, cloud.shares[i].weight);
   }
 }
 
@@ -95,6 +104,9 @@ TEST(CloudFile, RefusesWhatItCannotRead) {
   EXPECT_THAT(message("double x", "double u"), HasSubstr("x, y and z"));
   EXPECT_THAT(message("double x", "list uchar double x"), HasSubstr("list"));
   EXPECT_THAT(message("comment station 1 2\n", ""), HasSubstr("station 1"));
+  EXPECT_THAT(message("share 3", "share 4"), HasSubstr("cut short"));
+  EXPECT_THAT(message("uint point", "int point"), HasSubstr("uint point"));
+  EXPECT_THAT(message("property float weight\n", ""), HasSubstr("float weight"));
   EXPECT_THAT(message("end_header", "end_headers"), HasSubstr("header"));
   EXPECT_THAT(read_cloud(home / "none").error().message, HasSubstr("none"));
   EXPECT_FALSE(read_cloud(home.path()));

@@ -1,0 +1,52 @@
+// A measuring plan carried out on a cloud that `crumple reconstruct` wrote: features, distances and angles with their
+// uncertainty by source.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "calib/measured_quantity.h"
+#include "datasets/measuring_plan.h"
+
+namespace crumple {
+
+// A cloud with the rig and the stations beside it.
+class MeasuredCloud {
+ public:
+  // `folder` as `crumple reconstruct` wrote it. Fails where a file is missing or damaged, where the folder holds no
+  // stations (its summary says why), and where cloud and rig do not belong together.
+  static Expected<MeasuredCloud> read(const std::filesystem::path& folder);
+
+  const Cloud& cloud() const { return *cloud_; }
+  const PointUncertainty& uncertainty() const { return *uncertainty_; }
+  bool scale_known() const { return uncertainty_->scale_variables() > 0; }
+  // How many stations a feature was measured from.
+  std::size_t stations_of(const MeasuredFeature& feature) const;
+
+  // In the order given; an error names the feature.
+  Expected<std::vector<MeasuredFeature>> measure(const std::vector<PlannedFeature>& features) const;
+
+ private:
+  std::unique_ptr<Cloud> cloud_;
+  std::unique_ptr<PointUncertainty> uncertainty_;
+};
+
+struct MeasurementReport {
+  nlohmann::json document;  // docs/formats.md
+  std::string text;
+};
+
+Expected<MeasurementReport> measurement_report(const MeasuredCloud& cloud, const MeasuringPlan& plan);
+
+// For reports: a quantity with u, U (k = 2) and its budget, and a line of text with them.
+nlohmann::json quantity_json(const MeasuredQuantity& quantity, bool scale_known, double unit = 1);
+std::string quantity_line(const std::string& name, const MeasuredQuantity& quantity, bool scale_known, double unit = 1);
+std::string quantity_heading(const std::string& title);
+// What is to be said of the scale, as a sentence.
+std::string scale_sentence(const MeasuredCloud& cloud);
+
+}  // namespace crumple
