@@ -61,13 +61,31 @@ TEST(Merge, AStationWeighsLessWhereItsPoseTellsLess) {
   merger.add(made_surface(flat, 12, 0.5, above, 0.001, 3, "a"));
   StationPlace turned;
   turned.covariance(1, 1) = 0.02 * 0.02;
-  merger.add(made_surface([](double, double) { return 0.1; }, 12, 0.5, above, 0.001, 4, "b"), turned);
+  Cloud second = made_surface([](double, double) { return 0.1; }, 12, 0.5, above, 0.001, 4, "b");
+  for (CloudPoint& point : second.points) point.view = 4;
+  merger.add(second, turned);
   const MergedCloud merged = merger.finish();
   ASSERT_EQ(merged.report.contradictions, 0U);
   for (const CloudPoint& point : merged.cloud.points) {
     const double own = 0.05 * 0.05, turn = std::pow(0.02 * point.position_mm.x(), 2);
     EXPECT_NEAR(point.position_mm.z(), 0.1 * own / (own + own + turn), 0.003) << point.position_mm.x();
   }
+  // Two shares a point, which say the same.
+  const std::vector<CloudShare>& shares = merged.cloud.shares;
+  ASSERT_EQ(shares.size(), 2 * merged.cloud.points.size());
+  for (std::size_t i = 0; i < shares.size(); i += 2) {
+    ASSERT_EQ(shares[i].point, i / 2);
+    ASSERT_EQ(shares[i + 1].point, i / 2);
+    EXPECT_NEAR(shares[i].weight + shares[i + 1].weight, 1, 1e-6);
+    const CloudShare& of_second = shares[i].view == 4 ? shares[i] : shares[i + 1];
+    EXPECT_EQ(of_second.view, 4);
+    EXPECT_NEAR(0.1 * of_second.weight, merged.cloud.points[i / 2].position_mm.z(), 0.006);
+  }
+}
+
+TEST(Merge, APointOfOneViewNeedsNoShares) {
+  const MergedCloud merged = merge({made_surface(flat, 12, 0.5, above, 0.01, 3, "a")}, {.spacing_mm = 0.5});
+  EXPECT_TRUE(merged.cloud.shares.empty());
 }
 
 TEST(Merge, SpacingSetsTheNumberOfPointsAndTheNoiseFollows) {
