@@ -13,6 +13,7 @@
 #include "solvers/closed_form/radial_alignment.h"
 #include "solvers/closed_form/resection.h"
 #include "solvers/closed_form/zhang.h"
+#include "solvers/decompositions.h"
 #include "solvers/mean_pose.h"
 
 namespace crumple {

@@ -5,19 +5,12 @@
 #include <vector>
 
 #include "calib/calibrate.h"
+#include "calib/skipped_view.h"
 #include "calib/stripe_observations.h"
 #include "datasets/capture.h"
 #include "solvers/expected.h"
 
 namespace crumple {
-
-// A view that was not used, and why.
-struct SkippedView {
-  std::string station;
-  std::string sensor;
-  std::string reason;
-  bool by_hand = false;  // excluded in capture.yaml
-};
 
 struct CalibrationInput {
   CalibrationData data;

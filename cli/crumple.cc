@@ -106,7 +106,7 @@ int run_verb(const Verb& verb, const std::vector<std::string>& words, bool json)
   if (arguments->help) return print_to_stdout(verb_help(verb), ExitCode::done);
   if (auto checked = check_arguments(verb, *arguments); !checked)
     return report_error(checked.error().message, ExitCode::usage, json);
-  const auto result = verb.run({verb.name, arguments->inputs, flag_values(verb.flags)});
+  const auto result = verb.run({verb.name, arguments->inputs, flag_values(verb.flags), words});
   if (!result) return report_error(result.error().message, ExitCode::bad_input, json);
   return report(*result, FLAGS_json);
 }

@@ -7,8 +7,6 @@
 
 #include <fmt/chrono.h>
 
-#include "datasets/run_record.h"
-
 namespace crumple {
 
 std::string date_of_run() {
@@ -20,12 +18,24 @@ std::string date_of_run() {
   return fmt::format("{:%Y-%m-%d}", fmt::gmtime(seconds));
 }
 
+Expected<RunRecord> record_of_run(const VerbContext& context, const std::vector<std::filesystem::path>& inputs,
+                                  const std::map<std::string, std::uint64_t>& seeds) {
+  auto hashed = hashed_files(inputs);
+  if (!hashed) return tl::unexpected(hashed.error());
+  return RunRecord{CRUMPLE_VERSION, context.verb, date_of_run(), context.flags, seeds, std::move(*hashed)};
+}
+
+Expected<void> commit_with_record(OutputFolder& folder, const RunRecord& record) {
+  if (auto written = write_run_record(folder.path(), record); !written) return written;
+  return folder.commit();
+}
+
 Expected<void> commit_with_record(OutputFolder& folder, const VerbContext& context,
                                   const std::vector<std::filesystem::path>& inputs,
                                   const std::map<std::string, std::uint64_t>& seeds) {
-  const RunRecord record{CRUMPLE_VERSION, context.verb, date_of_run(), context.flags, seeds, inputs};
-  if (auto written = write_run_record(folder.path(), record); !written) return written;
-  return folder.commit();
+  const auto record = record_of_run(context, inputs, seeds);
+  if (!record) return tl::unexpected(record.error());
+  return commit_with_record(folder, *record);
 }
 
 }  // namespace crumple

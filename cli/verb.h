@@ -26,6 +26,7 @@ struct VerbContext {
   std::string verb;
   std::vector<std::string> inputs;           // as many as the verb says it takes
   std::map<std::string, std::string> flags;  // effective value of every flag of the verb, for the run record
+  std::vector<std::string> words;            // behind the verb, as they were typed
 };
 
 // What a verb answers. Printed once, at the end: `text` on stdout, or `document` instead where --json was given. With

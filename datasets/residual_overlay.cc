@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/grey_image.h"
+#include "datasets/round_number.h"
 
 namespace crumple {
 namespace {
@@ -31,10 +32,7 @@ void draw_arrow(cv::Mat& canvas, const Eigen::Vector2d& from, const Eigen::Vecto
 }  // namespace
 
 double enlargement_for(double sigma_px, int image_width_px) {
-  const double wanted = kArrowOfWidth * image_width_px / std::max(sigma_px, 1e-6);
-  const double decade = std::pow(10, std::floor(std::log10(std::max(wanted, 1.0))));
-  const double digit = wanted / decade;
-  return decade * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1);
+  return largest_round_below(std::max(kArrowOfWidth * image_width_px / std::max(sigma_px, 1e-6), 1.0));
 }
 
 cv::Mat residual_overlay(const cv::Mat& image, const std::vector<ResidualArrow>& arrows, double enlargement,

@@ -46,13 +46,45 @@ Expected<std::vector<fs::path>> files_below(const fs::path& path) {
   return files;
 }
 
-Expected<json> file_entity(const std::string& id, const std::string& name, const fs::path& file) {
-  const auto hash = sha256_of_file(file);
+Expected<HashedFile> hashed_file(const fs::path& file) {
+  auto hash = sha256_of_file(file);
   if (!hash) return tl::unexpected(hash.error());
   std::error_code error;
-  const std::uintmax_t size = fs::file_size(file, error);
-  return json{{"@id", id}, {"@type", "File"}, {"name", name}, {"contentSize", std::to_string(size)}, {"sha256", *hash}};
+  return HashedFile{file, fs::file_size(file, error), std::move(*hash)};
 }
+
+json file_entity(const std::string& id, const std::string& name, const HashedFile& file) {
+  return {{"@id", id},
+          {"@type", "File"},
+          {"name", name},
+          {"contentSize", std::to_string(file.size)},
+          {"sha256", file.sha256}};
+}
+
+// SHA-256 of what is added piece by piece.
+class Sha256 {
+ public:
+  Sha256() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+    good_ = context_ && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1;
+  }
+  bool add(const char* data, std::size_t size) {
+    good_ = good_ && EVP_DigestUpdate(context_.get(), data, size) == 1;
+    return good_;
+  }
+  bool good() const { return good_; }
+  std::string hexadecimal() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned length = 0;
+    EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
+    std::string text;
+    for (unsigned i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
+    return text;
+  }
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
+  bool good_ = false;
+};
 
 class Graph {
  public:
@@ -79,17 +111,11 @@ class Graph {
   json nodes_ = json::array();
 };
 
-Expected<json> add_inputs(const RunRecord& record, Graph& graph) {
+json add_inputs(const RunRecord& record, Graph& graph) {
   json references = json::array();
-  for (const fs::path& input : record.inputs) {
-    const auto files = files_below(input);
-    if (!files) return tl::unexpected(files.error());
-    for (const fs::path& file : *files) {
-      const std::string id = "file://" + uri(fs::absolute(file).lexically_normal().string());
-      auto entity = file_entity(id, file.string(), file);
-      if (!entity) return entity;
-      references.push_back(graph.add(std::move(*entity)));
-    }
+  for (const HashedFile& file : record.inputs) {
+    const std::string id = "file://" + uri(fs::absolute(file.path).lexically_normal().string());
+    references.push_back(graph.add(file_entity(id, file.path.string(), file)));
   }
   for (const auto& [name, value] : record.flags) references.push_back(graph.add_property("flag", name, value));
   for (const auto& [name, value] : record.seeds) references.push_back(graph.add_property("seed", name, value));
@@ -103,9 +129,9 @@ Expected<json> add_outputs(const fs::path& folder, Graph& graph) {
   for (const fs::path& file : *files) {
     const std::string name = file.lexically_relative(folder).string();
     if (name == run_record_name) continue;
-    auto entity = file_entity(uri(name), name, file);
-    if (!entity) return entity;
-    references.push_back(graph.add(std::move(*entity)));
+    const auto hashed = hashed_file(file);
+    if (!hashed) return tl::unexpected(hashed.error());
+    references.push_back(graph.add(file_entity(uri(name), name, *hashed)));
   }
   return references;
 }
@@ -114,21 +140,35 @@ Expected<json> add_outputs(const fs::path& folder, Graph& graph) {
 
 Expected<std::string> sha256_of_file(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
-  if (!stream || !context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1)
-    return fail(fmt::format("{} could not be read.", file.string()));
+  Sha256 hash;
+  if (!stream || !hash.good()) return fail(fmt::format("{} could not be read.", file.string()));
   std::vector<char> block(1U << 18);
   do {
     stream.read(block.data(), static_cast<std::streamsize>(block.size()));
-    if (stream.bad() || EVP_DigestUpdate(context.get(), block.data(), static_cast<std::size_t>(stream.gcount())) != 1)
+    if (stream.bad() || !hash.add(block.data(), static_cast<std::size_t>(stream.gcount())))
       return fail(fmt::format("{} could not be read.", file.string()));
   } while (stream);
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned length = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &length);
-  std::string text;
-  for (unsigned i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
-  return text;
+  return hash.hexadecimal();
+}
+
+std::string sha256_of_text(const std::string& text) {
+  Sha256 hash;
+  hash.add(text.data(), text.size());
+  return hash.hexadecimal();
+}
+
+Expected<std::vector<HashedFile>> hashed_files(const std::vector<fs::path>& paths) {
+  std::vector<HashedFile> all;
+  for (const fs::path& path : paths) {
+    const auto files = files_below(path);
+    if (!files) return tl::unexpected(files.error());
+    for (const fs::path& file : *files) {
+      auto hashed = hashed_file(file);
+      if (!hashed) return tl::unexpected(hashed.error());
+      all.push_back(std::move(*hashed));
+    }
+  }
+  return all;
 }
 
 Expected<void> write_run_record(const fs::path& folder, const RunRecord& record) {
@@ -141,15 +181,14 @@ Expected<void> write_run_record(const fs::path& folder, const RunRecord& record)
                                   {"@type", "SoftwareApplication"},
                                   {"name", "crumple"},
                                   {"softwareVersion", record.program_version}});
-  auto inputs = add_inputs(record, graph);
-  if (!inputs) return tl::unexpected(inputs.error());
+  json inputs = add_inputs(record, graph);
   auto outputs = add_outputs(folder, graph);
   if (!outputs) return tl::unexpected(outputs.error());
   const json action = graph.add({{"@id", "#run"},
                                  {"@type", "CreateAction"},
                                  {"name", "crumple " + record.verb},
                                  {"instrument", program},
-                                 {"object", *inputs},
+                                 {"object", std::move(inputs)},
                                  {"result", *outputs}});
   graph.add({{"@id", "./"},
              {"@type", "Dataset"},

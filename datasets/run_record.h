@@ -14,6 +14,12 @@ namespace crumple {
 
 inline constexpr const char* run_record_name = "ro-crate-metadata.json";
 
+struct HashedFile {
+  std::filesystem::path path;
+  std::uintmax_t size = 0;  // bytes
+  std::string sha256;       // 64 hexadecimal digits
+};
+
 struct RunRecord {
   std::string program_version;
   std::string verb;
@@ -21,13 +27,18 @@ struct RunRecord {
   std::string date;
   std::map<std::string, std::string> flags;
   std::map<std::string, std::uint64_t> seeds;
-  std::vector<std::filesystem::path> inputs;  // files, or folders: every file below them
+  std::vector<HashedFile> inputs;
 };
 
 // 64 hexadecimal digits. Fails, naming the file, where it cannot be read.
 Expected<std::string> sha256_of_file(const std::filesystem::path& file);
+std::string sha256_of_text(const std::string& text);
 
-// Hashes the inputs and every file below `folder`, and writes the record into it. Call it last, before the folder is
+// Files, or folders: every file below them, in the order of their names. Fails, naming the file, where one cannot be
+// read.
+Expected<std::vector<HashedFile>> hashed_files(const std::vector<std::filesystem::path>& paths);
+
+// Hashes every file below `folder`, and writes the record into it. Call it last, before the folder is
 // committed.
 Expected<void> write_run_record(const std::filesystem::path& folder, const RunRecord& record);
 

@@ -10,7 +10,9 @@
 #include "calib/verdict.h"
 #include "cli/calibrate_hand_eye.h"
 #include "cli/calibration_input.h"
+#include "cli/calibration_report.h"
 #include "cli/calibration_summary.h"
+#include "cli/figures_summary.h"
 #include "cli/flags.h"
 #include "cli/lens_choice_summary.h"
 #include "cli/progress.h"
@@ -34,6 +36,7 @@ DEFINE_string(
     lens, "",
     "lens model of all sensors, such as LENSMODEL_OPENCV5; auto: chosen by the data; empty: as capture.yaml says");
 DEFINE_bool(overlays, true, "write every board image with its residuals drawn in, enlarged, into overlays/");
+DEFINE_bool(report, true, "write report.html: the calibration as a page to read and to print");
 DECLARE_string(invert);
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
@@ -172,6 +175,19 @@ Verdict full_verdict(const Capture& capture, const CalibrationData& data, const 
   return verdict;
 }
 
+// --cross_validate, into the result too.
+Expected<std::optional<CrossValidation>> cross_validation_by_flag(const CalibrationInput& input,
+                                                                  const CalibrationOptions& options,
+                                                                  VerbResult& result) {
+  if (!FLAGS_cross_validate) return std::optional<CrossValidation>();
+  Progress progress("cross-validating", input.stripes.size());
+  auto validation = cross_validate(input.data, input.stripes, options, {}, [&progress] { progress.advance(); });
+  if (!validation) return tl::unexpected(validation.error());
+  result.document["cross_validation"] = cross_validation_summary(*validation);
+  result.text += cross_validation_text(*validation);
+  return std::optional(std::move(*validation));
+}
+
 Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (FLAGS_hand_eye) return run_calibrate_hand_eye(context);
   if (context.inputs.size() != 1) return usage_error("calibrate takes one capture; two files of poses with --hand_eye");
@@ -210,14 +226,10 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
     result.document["lens_choice"] = lens_choice_summary(*lenses);
     result.text += lens_choice_text(*lenses);
   }
-  if (FLAGS_cross_validate) {
-    Progress progress("cross-validating", input->stripes.size());
-    const auto validation =
-        cross_validate(input->data, input->stripes, *options, {}, [&progress] { progress.advance(); });
-    if (!validation) return tl::unexpected(validation.error());
-    result.document["cross_validation"] = cross_validation_summary(*validation);
-    result.text += cross_validation_text(*validation);
-  }
+  const auto figures = calibration_figures(input->data.observations, *calibration, thread_count());
+  result.document.update(figures_summary(figures, calibration->bundle.state.rig));
+  const auto validation = cross_validation_by_flag(*input, *options, result);
+  if (!validation) return tl::unexpected(validation.error());
   if (!FLAGS_truth.empty()) {
     if (auto added = add_rig_truth(FLAGS_truth, calibrated_rig(*calibration), result); !added)
       return tl::unexpected(added.error());
@@ -237,7 +249,14 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   }
   std::vector<std::filesystem::path> inputs = capture_files(*capture);
   if (!FLAGS_start.empty()) inputs.emplace_back(FLAGS_start);
-  if (auto done = commit_with_record(*folder, context, inputs); !done) return tl::unexpected(done.error());
+  const auto record = record_of_run(context, inputs);
+  if (!record) return tl::unexpected(record.error());
+  if (FLAGS_report) {
+    const CalibrationReport report{*capture,       *calibration, verdict, figures,
+                                   input->skipped, *validation,  *record, command_line(context)};
+    if (auto done = write_calibration_report(report, *folder); !done) return tl::unexpected(done.error());
+  }
+  if (auto done = commit_with_record(*folder, *record); !done) return tl::unexpected(done.error());
   return result;
 }
 
@@ -268,7 +287,7 @@ Verb calibrate_verb() {
       .min_inputs = 1,
       .max_inputs = 2,
       .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate", "overlays",
-                "truth", "starts", "start", "correct", "hand_eye", "invert", "threads", "overwrite", "json"},
+                "report", "truth", "starts", "start", "correct", "hand_eye", "invert", "threads", "overwrite", "json"},
       .required = {"out"},
       .run = run_calibrate};
 }

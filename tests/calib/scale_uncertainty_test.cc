@@ -6,27 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "calib/calibrate.h"
-#include "tests/solvers/synthetic.h"
+#include "tests/calib/synthetic_data.h"
 
 namespace crumple {
 namespace {
 
 CalibrationData noisy_data() {
-  const Synthetic made =
-      make_synthetic({.placements = 6, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
-  CalibrationData data;
-  for (const Sensor& sensor : made.truth.rig.sensors) {
-    data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model()});
-  }
-  data.boards = {{"board", {9, 7, 40}, {}}};
-  data.board_of = made.truth.board_of;
-  data.observations = made.observations;
-  for (std::size_t p = 0; p < made.observations.placement_count; ++p) {
-    data.placement_names.push_back("p" + std::to_string(p));
-    const FeatureView& features = made.observations.features[p];
-    data.pairs.push_back({0, 1, p, features.camera_pixels, features.projector_pixels});
-  }
-  return data;
+  return data_of(
+      make_synthetic({.placements = 6, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1}));
 }
 
 // Of |translation| of the projector.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/cli/report_check.h"
 #include "tests/cli/simulated_capture.h"
 
 namespace crumple {
@@ -36,6 +37,7 @@ TEST(CalibrateVerb, ParametersBesideTheTruth) {
   EXPECT_THAT(residuals, HasSubstr("\nboard_4,cam0,cam0,corners,0,"));
   EXPECT_THAT(residuals, HasSubstr("\nboard_1,cam0,proj0,stripes,0,"));
   EXPECT_TRUE(std::filesystem::exists(home / "rig/overlays/board_1_cam0.png"));
+  EXPECT_EQ(wrong_in_report((home / "rig").string()), "");
 
   const ProgramRun missing = run_program(calibrate + " --overwrite --truth='" + (home / "none").string() + "'");
   EXPECT_EQ(missing.exit_code, 3);

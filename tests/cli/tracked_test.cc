@@ -6,46 +6,13 @@
 
 #include "datasets/capture.h"
 #include "datasets/rig_file.h"
-#include "tests/cli/program.h"
+#include "tests/cli/tracked_system.h"
 
 namespace crumple {
 namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
-
-// Rendered and calibrated once for all tests of a program run.
-class TrackedSystem {
- public:
-  static const TrackedSystem& get() {
-    static const TrackedSystem system;
-    return system;
-  }
-
-  std::string capture() const { return (home_ / "capture").string(); }
-  std::string rig() const { return (home_ / "rig").string(); }
-  // The same capture with these stations alone, as lines of its description.
-  std::string with_stations(const std::string& name, const std::string& lines) const {
-    const std::string whole = content_of(capture() + "/capture.yaml");
-    const std::filesystem::path file = home_ / "capture" / name;
-    write_content(file, whole.substr(0, whole.find("\nstations:")) + "\nstations:\n" + lines);
-    return file.string();
-  }
-  const ProgramRun& rendered() const { return rendered_; }
-  const ProgramRun& calibrated() const { return calibrated_; }
-
- private:
-  TrackedSystem()
-      : rendered_(run_program("simulate '" CRUMPLE_SOURCE_DIR
-                              "/tests/data/scenes/tracked.yaml' --nodepth_maps --out='" +
-                              capture() + "'")),
-        calibrated_(run_program("calibrate '" + capture() + "/capture.yaml' --truth='" + capture() +
-                                "/truth' --starts --nooverlays --json --out='" + rig() + "'")) {}
-
-  TemporaryFolder home_;
-  ProgramRun rendered_;
-  ProgramRun calibrated_;
-};
 
 TEST(TrackedSystemVerbs, CalibrateRefinesEverythingTogether) {
   const TrackedSystem& system = TrackedSystem::get();
@@ -124,6 +91,7 @@ TEST(TrackedSystemVerbs, CheckNamesTheTrackerThatMoved) {
   EXPECT_THAT(changed[0].dump(), HasSubstr("the place of tracker1"));
 }
 
+// Where gnuplot is not to be found the rig is written all the same, and no half of a report.
 TEST(TrackedSystemVerbs, CalibrateGoesOnFromARig) {
   const TrackedSystem& system = TrackedSystem::get();
   TemporaryFolder home;
@@ -132,8 +100,11 @@ TEST(TrackedSystemVerbs, CalibrateGoesOnFromARig) {
                                                "  - {id: cal_03, placement: bench_a}\n"
                                                "  - {id: cal_07, placement: bench_b}\n");
   const ProgramRun run = run_program("calibrate '" + few + "' --nooverlays --json --start='" + system.rig() +
-                                     "' --correct=tracker1,leds --out='" + (home / "rig").string() + "'");
+                                         "' --correct=tracker1,leds --out='" + (home / "rig").string() + "'",
+                                     "PATH=/nowhere");
   ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("no report.html: gnuplot cannot be run"));
+  EXPECT_FALSE(std::filesystem::exists(home / "rig/report.html"));
   const Rig before = read_rig(system.rig()).value(), after = read_rig(home / "rig").value();
   EXPECT_EQ(before.sensors[0].lens.parameters(), after.sensors[0].lens.parameters());
   EXPECT_NE(before.sensors[*before.find("tracker1")].lens.parameters(),

@@ -28,6 +28,7 @@ TEST(RunRecord, HashesAsFipsSays) {
   EXPECT_EQ(sha256_of_file(home / "abc").value(), sha256_of_abc);
   EXPECT_THAT(sha256_of_file(home / "none").error().message, HasSubstr("none"));
   EXPECT_FALSE(sha256_of_file(home.path()));
+  EXPECT_EQ(sha256_of_text("abc"), sha256_of_abc);
 }
 
 TEST(RunRecord, StatesWhatWentInAndCameOut) {
@@ -36,7 +37,8 @@ TEST(RunRecord, StatesWhatWentInAndCameOut) {
   std::filesystem::create_directories(home / "out/sub");
   write_content(home / "in put/a", "abc");
   write_content(home / "out/sub/b", "abc");
-  const RunRecord record{"1.2.3", "patterns", "2024-05-06", {{"bits", "7"}}, {{"noise", 42}}, {home / "in put"}};
+  const RunRecord record{"1.2.3",         "patterns",      "2024-05-06",
+                         {{"bits", "7"}}, {{"noise", 42}}, hashed_files({home / "in put"}).value()};
   ASSERT_TRUE(write_run_record(home / "out", record));
   const json crate = json::parse(content_of(home / "out/ro-crate-metadata.json"));
   const json action = entity(crate, "#run");
@@ -55,10 +57,9 @@ TEST(RunRecord, StatesWhatWentInAndCameOut) {
 
 TEST(RunRecord, AMissingInputIsNamed) {
   const TemporaryFolder home;
-  const auto written = write_run_record(home.path(), {"1", "x", "2024-05-06", {}, {}, {home / "none"}});
-  ASSERT_FALSE(written);
-  EXPECT_THAT(written.error().message, HasSubstr("none"));
-  EXPECT_EQ(home.entries(), 0);
+  const auto hashed = hashed_files({home / "none"});
+  ASSERT_FALSE(hashed);
+  EXPECT_THAT(hashed.error().message, HasSubstr("none"));
 }
 
 TEST(JsonText, RefusesNumbersThatJsonCannotHold) {

@@ -1,0 +1,18 @@
+#include "calib/calibration_figures.h"
+
+namespace crumple {
+
+CalibrationFigures calibration_figures(const Observations& observations, const Calibration& calibration, int threads) {
+  const BundleResult& bundle = calibration.bundle;
+  CalibrationFigures figures;
+  figures.budget = uncertainty_budget(observations, calibration, threads);
+  figures.residuals = placed_residuals(observations, bundle);
+  for (std::size_t s = 0; s < figures.residuals.size(); ++s) {
+    figures.cells.push_back(image_cells(figures.residuals[s], bundle.state.rig.sensors[s].lens.size()));
+  }
+  figures.histograms = residual_histograms(bundle);
+  figures.correlated = correlated_terms(rig_covariance(bundle));
+  return figures;
+}
+
+}  // namespace crumple

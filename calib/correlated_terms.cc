@@ -1,0 +1,26 @@
+#include "calib/correlated_terms.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crumple {
+
+CorrelatedTerms correlated_terms(const RigCovariance& covariance) {
+  CorrelatedTerms terms;
+  const Eigen::VectorXd sigma = covariance.matrix.diagonal().cwiseSqrt();
+  for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+    for (Eigen::Index j = i + 1; j < sigma.size(); ++j) {
+      const double correlation = covariance.matrix(i, j) / (sigma[i] * sigma[j]);
+      if (!(std::abs(correlation) > kCorrelationLimit)) continue;
+      terms.strongest.push_back(
+          {covariance.names[static_cast<std::size_t>(i)], covariance.names[static_cast<std::size_t>(j)], correlation});
+    }
+  }
+  terms.pairs = terms.strongest.size();
+  std::stable_sort(terms.strongest.begin(), terms.strongest.end(),
+                   [](const auto& a, const auto& b) { return std::abs(a.correlation) > std::abs(b.correlation); });
+  terms.strongest.resize(std::min(terms.pairs, kCorrelatedPairsTold));
+  return terms;
+}
+
+}  // namespace crumple

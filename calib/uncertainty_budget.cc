@@ -1,0 +1,240 @@
+#include "calib/uncertainty_budget.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "solvers/parallel.h"
+#include "solvers/weights.h"
+
+namespace crumple {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+double inflation_of(View::Kind kind, const Inflation& inflation) {
+  if (kind == View::Kind::corners) return inflation.corners;
+  return kind == View::Kind::stripes ? inflation.stripes : 1;
+}
+
+// The estimated blocks that are no poses, in the order of the covariance.
+std::vector<BlockId> rig_blocks(const BundleResult& bundle) {
+  const CalibrationState& state = bundle.state;
+  std::vector<BlockId> all, estimated;
+  for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    if (!state.rig.sensors[s].lens_of) all.push_back({BlockId::Kind::lens, s});
+    all.push_back({BlockId::Kind::mount, s});
+  }
+  for (std::size_t l = 0; l < state.rig.leds.size(); ++l) all.push_back({BlockId::Kind::led, l});
+  for (std::size_t b = 0; b < state.boards.size(); ++b) {
+    all.push_back({BlockId::Kind::warp, b});
+    all.push_back({BlockId::Kind::scale, b});
+  }
+  const auto& names = bundle.covariance.names();
+  const auto end = names.begin() + bundle.covariance.rig_rows();
+  std::copy_if(all.begin(), all.end(), std::back_inserter(estimated), [&](const BlockId& block) {
+    return std::find(names.begin(), end, parameter_names(block, state).front()) != end;
+  });
+  return estimated;
+}
+
+// The covariance of the rig with whatever an observation or a prior touches.
+class RigGain {
+ public:
+  RigGain(const BundleResult& bundle, std::vector<BlockId> rig)
+      : bundle_(bundle), rig_(std::move(rig)), rows_(width(rig_)) {}
+
+  Eigen::Index rows() const { return rows_; }
+
+  // The diagonal of C J' J C over the rig's rows: `information` is J' J by the tangents of `blocks`, side by side.
+  Eigen::VectorXd share(const std::vector<BlockId>& blocks, const Eigen::MatrixXd& information) const {
+    std::vector<BlockId> all = rig_;
+    for (const BlockId& block : blocks) {
+      if (std::find(all.begin(), all.end(), owner(block)) == all.end()) all.push_back(block);
+    }
+    const Eigen::MatrixXd joint = bundle_.covariance.of(all, bundle_.state);
+    Eigen::MatrixXd with_blocks(rows_, information.cols());
+    Eigen::Index column = 0;
+    for (const BlockId& block : blocks) {
+      const auto at = std::find(all.begin(), all.end(), owner(block));
+      const Eigen::Index size = tangent_size(block, bundle_.state);
+      with_blocks.middleCols(column, size) = joint.block(0, width({all.begin(), at}), rows_, size);
+      column += size;
+    }
+    return (with_blocks * information).cwiseProduct(with_blocks).rowwise().sum();
+  }
+
+ private:
+  Eigen::Index width(const std::vector<BlockId>& blocks) const {
+    Eigen::Index columns = 0;
+    for (const BlockId& block : blocks) columns += tangent_size(block, bundle_.state);
+    return columns;
+  }
+  BlockId owner(const BlockId& block) const {
+    if (block.kind != BlockId::Kind::lens) return block;
+    return {block.kind, bundle_.state.rig.sensors[block.index].lens_of.value_or(block.index)};
+  }
+
+  const BundleResult& bundle_;
+  std::vector<BlockId> rig_;
+  Eigen::Index rows_;
+};
+
+// The shares of the observations, one column per group in the bundle's order.
+Eigen::MatrixXd group_shares(const Observations& observations, const Calibration& calibration, const RigGain& gain,
+                             int threads) {
+  const BundleResult& bundle = calibration.bundle;
+  const auto views = make_views(observations, bundle.state.board_of);
+  std::map<std::pair<std::size_t, View::Kind>, Eigen::Index> columns;
+  for (const GroupSummary& group : bundle.groups) {
+    columns.emplace(std::pair(group.sensor, group.kind), static_cast<Eigen::Index>(columns.size()));
+  }
+  std::vector<Eigen::VectorXd> of_view(views.size());
+  parallel_for(views.size(), threads, [&](std::size_t v) {
+    const View& view = *views[v];
+    const GroupSummary& group = bundle.groups[static_cast<std::size_t>(columns.at({view.sensor(), view.kind()}))];
+    const auto& inlier = bundle.views[v].inlier;
+    of_view[v] = Eigen::VectorXd::Zero(gain.rows());
+    ViewEvaluation evaluation;
+    // What is left out need not be predictable.
+    if (std::none_of(inlier.begin(), inlier.end(), [](char c) { return c != 0; }) ||
+        !view.evaluate(bundle.state, true, evaluation)) {
+      return;
+    }
+    const ViewWeights weights{group.sigma_px, inflation_of(view.kind(), calibration.inflation), inlier};
+    whiten(view, weights, evaluation);
+    discount(weights, evaluation);
+    const Eigen::MatrixXd local = evaluation.jacobian.transpose() * evaluation.jacobian;
+    const Eigen::MatrixXd& from_blocks = evaluation.local_from_blocks;
+    of_view[v] = gain.share(view.blocks(), from_blocks.transpose() * local * from_blocks);
+  });
+  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(gain.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    shares.col(columns.at({views[v]->sensor(), views[v]->kind()})) += of_view[v];
+  }
+  return shares;
+}
+
+Eigen::VectorXd prior_share(const Prior& prior, const CalibrationState& state, const RigGain& gain) {
+  const WhitenedPrior whitened = prior.evaluate(state);
+  Eigen::MatrixXd jacobian(whitened.residuals.size(), 0);
+  for (const RowMajorMatrix& block : whitened.jacobians) {
+    jacobian.conservativeResize(Eigen::NoChange, jacobian.cols() + block.cols());
+    jacobian.rightCols(block.cols()) = block;
+  }
+  return gain.share(prior.blocks(), jacobian.transpose() * jacobian);
+}
+
+// Of the group's sigma: a small group has that of all groups of its kind and mount (solvers/bundle.h).
+double redundancy_of(const GroupSummary& group, const BundleResult& bundle) {
+  const std::vector<Sensor>& sensors = bundle.state.rig.sensors;
+  if (group.redundancy >= BundleOptions{}.minimum_redundancy) return group.redundancy;
+  double pooled = 0;
+  for (const GroupSummary& other : bundle.groups) {
+    const bool same = other.kind == group.kind && sensors[other.sensor].mount == sensors[group.sensor].mount;
+    if (same) pooled += other.redundancy;
+  }
+  return pooled;
+}
+
+std::vector<BudgetSource> sources_of(const Calibration& calibration) {
+  const BundleResult& bundle = calibration.bundle;
+  std::vector<BudgetSource> sources;
+  for (const GroupSummary& group : bundle.groups) {
+    const double effective = redundancy_of(group, bundle) / inflation_of(group.kind, calibration.inflation);
+    sources.push_back({group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated,
+                       group.sigma_estimated ? effective : kInfinity});
+  }
+  for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true, kInfinity});
+  return sources;
+}
+
+// One parameter of the rig, before its uncertainty is known.
+struct Term {
+  std::string part;
+  std::string unit;
+  double value = 0;
+  double per_tangent = 1;  // from the tangent's unit to the entry's
+};
+
+void add_lens(const Sensor& sensor, std::vector<Term>& terms) {
+  const std::vector<std::string> names = lens_parameter_names(sensor.lens.model());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool angle = names[i] == "alpha" || names[i] == "beta";
+    terms.push_back({"lens of " + sensor.name, i < 4 ? "px" : (angle ? "rad" : ""), sensor.lens.parameters()[i]});
+  }
+}
+
+void add_lengths(const std::string& part, const Eigen::VectorXd& values_mm, std::vector<Term>& terms) {
+  for (const double value : values_mm) terms.push_back({part, "mm", value});
+}
+
+std::vector<Term> terms_of(const std::vector<BlockId>& blocks, const CalibrationState& state) {
+  std::vector<Term> terms;
+  for (const BlockId& block : blocks) {
+    if (block.kind == BlockId::Kind::lens) add_lens(state.rig.sensors[block.index], terms);
+    if (block.kind == BlockId::Kind::mount) {
+      const Sensor& sensor = state.rig.sensors[block.index];
+      const std::string part = "mount of " + sensor.name;
+      const Eigen::Vector3d vector_deg = rotation_vector(sensor.sensor_from_mount.rotation) * kDegrees;
+      for (const double value : vector_deg) terms.push_back({part, "deg", value, kDegrees});
+      add_lengths(part, sensor.sensor_from_mount.translation, terms);
+    }
+    if (block.kind == BlockId::Kind::led) {
+      const Led& led = state.rig.leds[block.index];
+      add_lengths("LED " + led.name, led.position_mm, terms);
+    }
+    if (block.kind == BlockId::Kind::warp) {
+      add_lengths(state.boards[block.index].name, state.boards[block.index].warp_mm, terms);
+    }
+    if (block.kind == BlockId::Kind::scale) {
+      terms.push_back({state.boards[block.index].name, "", state.boards[block.index].scale});
+    }
+  }
+  return terms;
+}
+
+// `shares`: what each source adds to the variance of the tangent.
+BudgetEntry entry_of(const Term& term, const std::string& name, double variance, const Eigen::RowVectorXd& shares,
+                     const std::vector<BudgetSource>& sources) {
+  BudgetEntry entry{term.part, name, term.unit, term.value, std::sqrt(variance) * term.per_tangent};
+  double over_degrees = 0;
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    const double share = shares[static_cast<Eigen::Index>(s)] / variance;
+    entry.shares.push_back(share);
+    if (sources[s].type_b) entry.type_b_share += share;
+    over_degrees += share * share / sources[s].degrees_of_freedom;
+  }
+  entry.degrees_of_freedom = over_degrees > 0 ? 1 / over_degrees : kInfinity;
+  return entry;
+}
+
+}  // namespace
+
+UncertaintyBudget uncertainty_budget(const Observations& observations, const Calibration& calibration, int threads) {
+  const BundleResult& bundle = calibration.bundle;
+  const std::vector<BlockId> blocks = rig_blocks(bundle);
+  const RigGain gain(bundle, blocks);
+  UncertaintyBudget budget{sources_of(calibration), {}};
+  Eigen::MatrixXd shares(gain.rows(), static_cast<Eigen::Index>(budget.sources.size()));
+  const auto groups = static_cast<Eigen::Index>(bundle.groups.size());
+  shares.leftCols(groups) = group_shares(observations, calibration, gain, threads);
+  for (std::size_t p = 0; p < calibration.priors.size(); ++p) {
+    shares.col(groups + static_cast<Eigen::Index>(p)) = prior_share(calibration.priors[p], bundle.state, gain);
+  }
+  Eigen::Index row = 0;
+  for (const Term& term : terms_of(blocks, bundle.state)) {
+    const std::string& name = bundle.covariance.names()[static_cast<std::size_t>(row)];
+    budget.entries.push_back(
+        entry_of(term, name, bundle.covariance.common()(row, row), shares.row(row), budget.sources));
+    ++row;
+  }
+  return budget;
+}
+
+}  // namespace crumple

@@ -1,0 +1,52 @@
+// The uncertainty budget of a calibration after the GUM (JCGM 100:2008): of every parameter of the rig its value,
+// standard uncertainty u, expanded uncertainty U = k u with k = kCoverageFactor, degrees of freedom, and what u is made
+// of.
+//
+// The estimate follows its sources linearly, x = sum_s G_s y_s, G_s = C J_s' with J_s the whitened Jacobian of source s
+// and C the joint covariance. So its variance is the sum of the sources' shares, the diagonal of C J_s' J_s C. Sources:
+//   a group of observations, such as "cam0.corners": type A, with the group's redundancy over its variance inflation
+//     (correlated observations count for their effective number) as degrees of freedom; type B where the group's sigma
+//     was not estimated from its residuals
+//   a prior, such as "certificates" or an earlier rig: type B, taken as exactly known, infinite degrees of freedom
+// Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4): u^4 / sum u_s^4 / nu_s.
+//
+// Units: px, mm, and degrees for the rotation of a mount, whose value is the rotation vector and whose u that of a
+// small further rotation about the sensor's axes (docs/conventions.md, tangents). Parameters that were held have no
+// entry.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/calibrate.h"
+
+namespace crumple {
+
+struct BudgetSource {
+  std::string name;
+  bool type_b = false;
+  double degrees_of_freedom = 0;  // infinite for type B
+};
+
+struct BudgetEntry {
+  std::string part;  // "lens of cam0", "mount of cam0", "LED a", "board"
+  std::string name;  // its row of the covariance, "cam0.fx"
+  std::string unit;  // empty: none
+  double value = 0;
+  double u = 0;
+  double degrees_of_freedom = 0;    // effective; may be infinite
+  double type_b_share = 0;          // of the variance
+  std::vector<double> shares = {};  // of the variance, one per source; they sum to 1
+};
+
+struct UncertaintyBudget {
+  std::vector<BudgetSource> sources;
+  std::vector<BudgetEntry> entries;
+};
+
+inline constexpr double kCoverageFactor = 2;
+
+// `observations` are those that the calibration was made from.
+UncertaintyBudget uncertainty_budget(const Observations& observations, const Calibration& calibration, int threads);
+
+}  // namespace crumple

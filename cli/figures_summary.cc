@@ -1,0 +1,76 @@
+#include "cli/figures_summary.h"
+
+#include <cmath>
+
+namespace crumple {
+namespace {
+
+using nlohmann::json;
+
+// JSON has no infinity.
+json degrees_json(double degrees) { return std::isfinite(degrees) ? json(degrees) : json(); }
+
+json budget_json(const UncertaintyBudget& budget) {
+  json result{{"k", kCoverageFactor}, {"sources", json::array()}, {"entries", json::array()}};
+  for (const BudgetSource& source : budget.sources) {
+    result["sources"].push_back({{"name", source.name},
+                                 {"type", source.type_b ? "B" : "A"},
+                                 {"degrees_of_freedom", degrees_json(source.degrees_of_freedom)}});
+  }
+  for (const BudgetEntry& entry : budget.entries) {
+    result["entries"].push_back({{"part", entry.part},
+                                 {"name", entry.name},
+                                 {"unit", entry.unit},
+                                 {"value", entry.value},
+                                 {"u", entry.u},
+                                 {"U", kCoverageFactor * entry.u},
+                                 {"degrees_of_freedom", degrees_json(entry.degrees_of_freedom)},
+                                 {"type_b_share", entry.type_b_share},
+                                 {"shares", entry.shares}});
+  }
+  return result;
+}
+
+json cells_json(const ImageCells& cells) {
+  json counts = json::array(), means = json::array();
+  for (const ImageCell& cell : cells.cells) {
+    counts.push_back(cell.observations);
+    means.push_back(cell.mean_px ? json{cell.mean_px->x(), cell.mean_px->y()} : json());
+  }
+  return {{"columns", cells.columns},         {"rows", cells.rows},
+          {"covered", cells.covered},         {"rms_mean_px", cells.rms_mean_px},
+          {"expected_px", cells.expected_px}, {"observations", std::move(counts)},
+          {"mean_px", std::move(means)}};
+}
+
+json histogram_json(const ResidualHistogram& histogram) {
+  return {{"lowest", -kHistogramReach},      {"bin", kHistogramBin},       {"accepted", histogram.accepted},
+          {"outliers", histogram.outliers},  {"beyond", histogram.beyond}, {"mean", histogram.mean},
+          {"deviation", histogram.deviation}};
+}
+
+json correlated_json(const CorrelatedTerms& correlated) {
+  json strongest = json::array();
+  for (const CorrelatedPair& pair : correlated.strongest) {
+    strongest.push_back({{"first", pair.first}, {"second", pair.second}, {"correlation", pair.correlation}});
+  }
+  return {{"above", kCorrelationLimit}, {"pairs", correlated.pairs}, {"strongest", std::move(strongest)}};
+}
+
+}  // namespace
+
+json figures_summary(const CalibrationFigures& figures, const Rig& rig) {
+  json summary{{"budget", budget_json(figures.budget)},
+               {"correlated", correlated_json(figures.correlated)},
+               {"image_cells", json::object()},
+               {"histograms", json::object()}};
+  for (std::size_t s = 0; s < figures.cells.size(); ++s) {
+    summary["image_cells"][rig.sensors[s].name] = cells_json(figures.cells[s]);
+  }
+  for (const ResidualHistogram& histogram : figures.histograms) {
+    summary["histograms"][histogram.group] = histogram_json(histogram);
+  }
+  return summary;
+}
+
+}  // namespace crumple

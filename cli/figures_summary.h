@@ -1,0 +1,14 @@
+// The figures of a calibration's report as JSON, for summary.json (docs/formats.md): the same numbers.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "calib/calibration_figures.h"
+#include "solvers/rig.h"
+
+namespace crumple {
+
+// Its keys stand beside those of calibration_summary.
+nlohmann::json figures_summary(const CalibrationFigures& figures, const Rig& rig);
+
+}  // namespace crumple

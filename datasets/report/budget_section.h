@@ -1,0 +1,14 @@
+// Tables of what is known, how well, and from what: the uncertainty budget, and parameters that only move together.
+#pragma once
+
+#include <string>
+
+#include "datasets/report/calibration_report.h"
+
+namespace crumple {
+
+std::string budget_section(const CalibrationReport& report);
+
+std::string correlation_section(const CorrelatedTerms& correlated);
+
+}  // namespace crumple

@@ -1,0 +1,103 @@
+#include "datasets/report/sensor_section.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "datasets/report/histogram_plot.h"
+#include "datasets/report/html.h"
+#include "datasets/report/image_plots.h"
+
+namespace crumple {
+namespace {
+
+constexpr std::size_t kArrowsOfAll = 1500;  // residuals drawn, over all sensors
+constexpr std::size_t kArrowsOfOne = 200;
+constexpr double kMoreThanNoise = 1.5;
+
+double counted_as_one(View::Kind kind, const Inflation& inflation) {
+  if (kind == View::Kind::corners) return inflation.corners;
+  return kind == View::Kind::stripes ? inflation.stripes : 1;
+}
+
+std::string field_words(const ImageCells& cells) {
+  if (!(cells.expected_px > 0)) return "No cell holds enough observations for a mean.";
+  const double ratio = cells.rms_mean_px / cells.expected_px;
+  return fmt::format("Mean residual of each cell. They are {} px long (RMS) where noise alone would leave {} px: {}.",
+                     html_number(cells.rms_mean_px, 4), html_number(cells.expected_px, 4),
+                     ratio > kMoreThanNoise
+                         ? fmt::format("{:.1f} times as much, the model is not the whole truth", ratio)
+                         : "about what noise explains");
+}
+
+std::string histogram_words(const ResidualHistogram& histogram) {
+  return fmt::format(
+      "{}: every coordinate over its group's sigma. Accepted ones have mean {} and standard deviation {}; {} "
+      "lie outside the drawing.",
+      html_text(histogram.group), html_number(histogram.mean, fmt::format("{:+.3f}", histogram.mean)),
+      html_number(histogram.deviation, 3), html_number(histogram.beyond));
+}
+
+std::string sensor_section(const CalibrationReport& report, std::size_t s, ReportFigures& figures) {
+  const Sensor& sensor = report.calibration.bundle.state.rig.sensors[s];
+  const ImageSize size = sensor.lens.size();
+  const ImageCells& cells = report.figures.cells[s];
+  const auto& residuals = report.figures.residuals[s];
+  const std::size_t most = std::min(kArrowsOfOne, kArrowsOfAll / report.figures.cells.size());
+  std::string html =
+      fmt::format("<section class=\"sensor\" id=\"sensor-{0}\">\n<h3>{0}</h3>\n<div>\n", html_text(sensor.name));
+  if (residuals.empty()) return html + "<p>Nothing was observed with it.</p>\n</div>\n</section>\n";
+  html += figures.add(
+      coverage_plot(size, cells),
+      fmt::format("Accepted observations per cell; {} of the image's {} cells hold any.",
+                  html_number(cells.covered, fmt::format("{:.0f} %", 100 * cells.covered)), cells.cells.size()));
+  html += figures.add(residual_field_plot(size, cells), field_words(cells));
+  html += figures.add(residual_sample_plot(size, residuals, most),
+                      fmt::format("Single residuals, {} of {}; outliers in orange.", std::min(most, residuals.size()),
+                                  residuals.size()));
+  for (std::size_t g = 0; g < report.figures.histograms.size(); ++g) {
+    if (report.calibration.bundle.groups[g].sensor != s) continue;
+    const ResidualHistogram& histogram = report.figures.histograms[g];
+    html += figures.add(histogram_plot(histogram), histogram_words(histogram));
+  }
+  return html + "</div>\n</section>\n";
+}
+
+}  // namespace
+
+std::string noise_section(const Calibration& calibration) {
+  std::vector<std::vector<std::string>> rows;
+  const BundleResult& bundle = calibration.bundle;
+  for (const GroupSummary& group : bundle.groups) {
+    const double share = static_cast<double>(group.outliers) / static_cast<double>(group.observations);
+    rows.push_back({html_text(group_name(bundle.state.rig, group.sensor, group.kind)), html_number(group.observations),
+                    html_number(group.outliers), fmt::format("{:.2f} %", 100 * share), html_number(group.redundancy, 1),
+                    html_number(counted_as_one(group.kind, calibration.inflation), 2), html_number(group.rms_px, 4),
+                    html_number(group.sigma_px, 4) + (group.sigma_estimated ? "" : " (assumed)")});
+  }
+  return "<section id=\"noise\">\n<h2>Noise</h2>\n<p>Sigma is the standard deviation of one measured coordinate, "
+         "estimated from the group's residuals over its redundancy; RMS the length of the residual vector. Correlated "
+         "observations count for their effective number.</p>\n" +
+         html_table({{"Group", true},
+                     {"Observations"},
+                     {"Outliers"},
+                     {""},
+                     {"Redundancy"},
+                     {"Counted as one"},
+                     {"RMS, px"},
+                     {"Sigma, px"}},
+                    rows) +
+         "</section>\n";
+}
+
+std::string sensor_sections(const CalibrationReport& report, ReportFigures& figures) {
+  std::string html =
+      "<section id=\"sensors\">\n<h2>Sensor by sensor</h2>\n<p>Residuals are predicted minus measured, drawn where "
+      "they "
+      "were measured. Those of a projector's stripes lie along the stripes' normal, at the projector pixel that lit "
+      "the place.</p>\n";
+  for (std::size_t s = 0; s < report.figures.cells.size(); ++s) html += sensor_section(report, s, figures);
+  return html + "</section>\n";
+}
+
+}  // namespace crumple

@@ -1,0 +1,83 @@
+#include "calib/uncertainty_budget.h"
+
+#include <cmath>
+#include <numeric>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/calib/made_system_data.h"
+#include "tests/calib/synthetic_data.h"
+
+namespace crumple {
+namespace {
+
+CalibrationData certified_data() {
+  CalibrationData data = data_of(
+      make_synthetic({.placements = 6, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1}));
+  data.boards[0].certificate = BoardCertificate{.pitch_sigma_mm = 0.08};  // 0.2 % of the pitch
+  return data;
+}
+
+const BudgetEntry& entry_named(const UncertaintyBudget& budget, const std::string& name) {
+  return *std::find_if(budget.entries.begin(), budget.entries.end(),
+                       [&](const BudgetEntry& entry) { return entry.name == name; });
+}
+
+void expect_complete(const UncertaintyBudget& budget) {
+  for (const BudgetEntry& entry : budget.entries) {
+    EXPECT_NEAR(std::accumulate(entry.shares.begin(), entry.shares.end(), 0.0), 1, 1e-6) << entry.name;
+  }
+}
+
+TEST(UncertaintyBudget, SourcesAddUpToTheCovariance) {
+  const CalibrationData data = certified_data();
+  const Calibration calibration = calibrate(data, {.warp = WarpChoice::on}).value();
+  const UncertaintyBudget budget = uncertainty_budget(data.observations, calibration, 1);
+  ASSERT_EQ(static_cast<int>(budget.entries.size()), calibration.bundle.covariance.rig_rows());
+  expect_complete(budget);
+  // Type B is the certificate alone: of the scale all, of a translation what the scale moves, of a lens nothing.
+  const BudgetEntry& scale = entry_named(budget, "board.scale");
+  EXPECT_NEAR(scale.type_b_share, 1, 1e-9);
+  EXPECT_EQ(scale.degrees_of_freedom, INFINITY);
+  const BudgetEntry& along = entry_named(budget, "proj0.translation_x");
+  EXPECT_NEAR(along.type_b_share * along.u * along.u, std::pow(0.002 * along.value, 2), 1e-4 * along.u * along.u);
+  EXPECT_LT(entry_named(budget, "cam0.fx").type_b_share, 1e-6);
+}
+
+TEST(UncertaintyBudget, DegreesOfFreedomAreTheGroups) {
+  const CalibrationData data = certified_data();
+  const Calibration calibration = calibrate(data, {.warp = WarpChoice::on}).value();
+  const UncertaintyBudget budget = uncertainty_budget(data.observations, calibration, 2);
+  const GroupSummary& corners = calibration.bundle.groups.front();
+  EXPECT_EQ(budget.sources.front().name, "cam0.corners");
+  EXPECT_NEAR(budget.sources.front().degrees_of_freedom, corners.redundancy / calibration.inflation.corners, 1e-9);
+  // Welch and Satterthwaite: between the fewest of the sources and their sum.
+  double fewest = INFINITY, sum = 0;
+  for (const BudgetSource& source : budget.sources) {
+    fewest = std::min(fewest, source.degrees_of_freedom);
+    if (!source.type_b) sum += source.degrees_of_freedom;
+  }
+  const double degrees = entry_named(budget, "cam0.fx").degrees_of_freedom;
+  EXPECT_GT(degrees, fewest);
+  EXPECT_LT(degrees, sum);
+}
+
+// Placements and stations, one kind of them eliminated; LEDs, trackers, a mount's rotation in degrees.
+TEST(UncertaintyBudget, OfATrackedProbe) {
+  const MadeSystem made = make_system({.stations = 8, .tracker_placements = 6});
+  const auto bundle = refine(made.truth, made.observations, {});
+  ASSERT_TRUE(bundle) << bundle.error().message;
+  Calibration calibration{.bundle = *bundle};
+  const UncertaintyBudget budget = uncertainty_budget(made.observations, calibration, 1);
+  expect_complete(budget);
+  const BudgetEntry& rotation = entry_named(budget, "track1.rotation_y");
+  EXPECT_EQ(rotation.unit, "deg");
+  EXPECT_EQ(rotation.part, "mount of track1");
+  const auto& names = bundle->covariance.names();
+  const auto row = std::find(names.begin(), names.end(), rotation.name) - names.begin();
+  EXPECT_NEAR(rotation.u, std::sqrt(bundle->covariance.common()(row, row)) * 180 / M_PI, 1e-12);
+}
+
+}  // namespace
+}  // namespace crumple
