@@ -5,7 +5,8 @@
 // The mean m of a cell explains its residuals best: it minimises sum (n'(m - r))^2 / sigma^2, n the direction of a
 // stripe reading; of residuals in two coordinates that is their weighted average. It is given where the cell knows both
 // of its coordinates as well as kLeastForMean readings do. If the model is right, |m|^2 has the expectation
-// tr (sum n n' / sigma^2)^-1, noise alone; root mean squares over the cells stand beside one another.
+// tr (sum n n' / sigma^2)^-1, noise alone; root mean squares over the cells stand beside one another. The fit follows
+// some of the noise, so that a right model leaves less than that, where there are few cells much less.
 #pragma once
 
 #include <cstddef>

@@ -14,6 +14,7 @@
 namespace crumple {
 namespace {
 
+constexpr double kRounding = 1e-9;  // shares below it are none
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDegrees = 180 / std::numbers::pi;
 
@@ -208,7 +209,7 @@ BudgetEntry entry_of(const Term& term, const std::string& name, double variance,
     const double share = shares[static_cast<Eigen::Index>(s)] / variance;
     entry.shares.push_back(share);
     if (sources[s].type_b) entry.type_b_share += share;
-    over_degrees += share * share / sources[s].degrees_of_freedom;
+    if (share > kRounding) over_degrees += share * share / sources[s].degrees_of_freedom;
   }
   entry.degrees_of_freedom = over_degrees > 0 ? 1 / over_degrees : kInfinity;
   return entry;

@@ -1,6 +1,8 @@
 #include "calib/uncertainty_budget.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include <gmock/gmock.h>
@@ -68,7 +70,7 @@ TEST(UncertaintyBudget, OfATrackedProbe) {
   const MadeSystem made = make_system({.stations = 8, .tracker_placements = 6});
   const auto bundle = refine(made.truth, made.observations, {});
   ASSERT_TRUE(bundle) << bundle.error().message;
-  Calibration calibration{.bundle = *bundle};
+  const Calibration calibration{.start = made.truth, .bundle = *bundle};
   const UncertaintyBudget budget = uncertainty_budget(made.observations, calibration, 1);
   expect_complete(budget);
   const BudgetEntry& rotation = entry_named(budget, "track1.rotation_y");
@@ -76,7 +78,7 @@ TEST(UncertaintyBudget, OfATrackedProbe) {
   EXPECT_EQ(rotation.part, "mount of track1");
   const auto& names = bundle->covariance.names();
   const auto row = std::find(names.begin(), names.end(), rotation.name) - names.begin();
-  EXPECT_NEAR(rotation.u, std::sqrt(bundle->covariance.common()(row, row)) * 180 / M_PI, 1e-12);
+  EXPECT_NEAR(rotation.u, std::sqrt(bundle->covariance.common()(row, row)) * 180 / std::numbers::pi, 1e-12);
 }
 
 }  // namespace

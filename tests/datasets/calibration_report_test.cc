@@ -17,6 +17,7 @@ std::string report_of_made_system(int threads) {
   const CalibrationData data = data_of(made);
   const Calibration calibration{.placement_names = data.placement_names,
                                 .station_names = data.station_names,
+                                .start = made.truth,
                                 .bundle = refine(made.truth, made.observations, {}).value()};
   Capture capture;
   capture.title = "A <probe> & its `trackers`";
