@@ -244,11 +244,7 @@ std::string place_name(const Calibration& calibration, const ViewSummary& view) 
   return view.station ? calibration.station_names[*view.station] : "room";
 }
 
-RigCovariance rig_covariance(const BundleResult& bundle) {
-  const int rows = bundle.covariance.rig_rows();
-  const std::vector<std::string>& names = bundle.covariance.names();
-  return {{names.begin(), names.begin() + rows}, bundle.covariance.common().topLeftCorner(rows, rows)};
-}
+RigCovariance rig_covariance(const BundleResult& bundle) { return bundle.covariance.of_rig_and(bundle.body_motions); }
 
 Rig calibrated_rig(const Calibration& calibration) {
   Rig rig = calibration.bundle.state.rig;

@@ -69,7 +69,7 @@ Expected<CalibrationState> stage_by_stage(const CalibrationData& data, const Cal
 // The data without one placement, for cross-validation.
 CalibrationData without_placement(const CalibrationData& data, std::size_t placement);
 
-// The joint covariance of what is common to all placements and stations, by name.
+// The joint covariance of what is common to all placements and stations, by name, and of the mean motion of these.
 RigCovariance rig_covariance(const BundleResult& bundle);
 
 // The estimated rig with its covariance and each group's sigma. It holds the scale's share where a certificate tells

@@ -1,18 +1,15 @@
 #include "calib/rig_truth.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "solvers/closed_form/rigid_fit.h"
+#include "solvers/rig_covariance.h"
 
 namespace crumple {
 namespace {
-
-constexpr std::array<const char*, 6> pose_names{"rotation_x",    "rotation_y",    "rotation_z",
-                                                "translation_x", "translation_y", "translation_z"};
 
 Vector6d pose_vector(const Pose& pose) {
   Vector6d vector;
@@ -33,9 +30,9 @@ std::vector<ParameterTruth> parameters_of(const Sensor& estimate, const Sensor& 
   const Vector6d estimated = pose_vector(estimated_mount);
   const Vector6d known = pose_vector(true_mount);
   const Vector6d error = local_step(true_mount, estimated_mount);
-  for (std::size_t i = 0; i < pose_names.size(); ++i) {
+  for (std::size_t i = 0; i < kPoseRows.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    parameters.push_back({estimate.name + "." + pose_names[i], estimated[row], known[row], error[row]});
+    parameters.push_back({estimate.name + "." + kPoseRows[i], estimated[row], known[row], error[row]});
   }
   return parameters;
 }

@@ -306,6 +306,16 @@ ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px
   return summary;
 }
 
+// Those with accepted observations.
+std::vector<const View*> accepted_views(const Views& views, const std::vector<ViewWeights>& weights) {
+  std::vector<const View*> accepted;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto& inlier = weights[v].inlier;
+    if (std::any_of(inlier.begin(), inlier.end(), [](char c) { return c != 0; })) accepted.push_back(views[v].get());
+  }
+  return accepted;
+}
+
 // Stage 1: leaves the state near the optimum of the good observations, and their sigmas in the weights.
 Expected<void> converge_robustly(const Views& views, const Parameters& parameters, const BundleOptions& options,
                                  std::vector<ViewWeights>& weights, CalibrationState& state) {
@@ -466,8 +476,10 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if ((unchanged && to_the_end) || round == kMaxRounds) {
       at->covariance.sharpen(views, whitened_at(views, weights, state), options.priors, state, options.threads);
       std::vector<Undetermined> undetermined = undetermined_terms(options.priors, at->covariance, state);
-      BundleResult result{std::move(state),       {}, {}, std::move(at->covariance), round, unchanged,
-                          std::move(undetermined)};
+      TangentFunction body_motions = mean_body_motions(accepted_views(views, weights), state);
+      BundleResult result{
+          std::move(state),       {}, {}, std::move(at->covariance), round, unchanged, std::move(body_motions),
+          std::move(undetermined)};
       for (const auto& [key, group] : groups) result.groups.push_back(group);
       for (std::size_t v = 0; v < views.size(); ++v) {
         result.views.push_back(summarise_view(*views[v], at->residuals_px[v], weights[v]));

@@ -31,9 +31,8 @@
 #include <string>
 #include <vector>
 
-#include "solvers/covariance.h"
+#include "solvers/body_motion.h"
 #include "solvers/prior.h"
-#include "solvers/residuals.h"
 #include "solvers/undetermined.h"
 
 namespace crumple {
@@ -87,6 +86,7 @@ struct BundleResult {
   JointCovariance covariance;
   int rounds = 0;                               // of gating and solving
   bool settled = false;                         // whether the last round changed no observation's side and no sigma
+  TangentFunction body_motions = {};            // solvers/body_motion.h
   std::vector<Undetermined> undetermined = {};  // terms that weak priors decide
 };
 

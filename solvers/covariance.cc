@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "solvers/decompositions.h"
+#include "solvers/rig_covariance.h"
 #include "solvers/square_root.h"
 
 namespace crumple {
@@ -136,6 +137,34 @@ Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const Ca
     column += columns;
   }
   return joint;
+}
+
+RigCovariance JointCovariance::of_rig_and(const TangentFunction& function) const {
+  const Eigen::Index rig = rig_rows(), rows = static_cast<Eigen::Index>(function.names.size());
+  // An eliminated pose is a linear map of the common parameters and a part of its own beside it.
+  Eigen::MatrixXd by_common = Eigen::MatrixXd::Zero(rows, common_.cols());
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(rows, rows);
+  for (const auto& [block, part] : function.by_block) {
+    if (const auto offset = parameters_.common_offset(block)) {
+      by_common.middleCols(*offset, part.cols()) += part;
+    } else if (const auto slot = parameters_.slot(block)) {
+      by_common.noalias() -= part.lazyProduct(gain_[*slot].transpose());
+      own.noalias() += (part * pose_inverse_[*slot]).lazyProduct(part.transpose());
+    }
+  }
+  const Eigen::MatrixXd with_common = by_common * common_;
+  const Eigen::MatrixXd corner = with_common * by_common.transpose() + own;
+  RigCovariance joint{{names_.begin(), names_.begin() + rig}, Eigen::MatrixXd(rig + rows, rig + rows)};
+  joint.names.insert(joint.names.end(), function.names.begin(), function.names.end());
+  joint.matrix.topLeftCorner(rig, rig) = common_.topLeftCorner(rig, rig);
+  joint.matrix.bottomLeftCorner(rows, rig) = with_common.leftCols(rig);
+  joint.matrix.topRightCorner(rig, rows) = joint.matrix.bottomLeftCorner(rows, rig).transpose();
+  joint.matrix.bottomRightCorner(rows, rows) = 0.5 * (corner + corner.transpose());
+  std::vector<std::string> estimated;
+  for (Eigen::Index i = 0; i < rig + rows; ++i) {
+    if (joint.matrix(i, i) > 0) estimated.push_back(joint.names[static_cast<std::size_t>(i)]);
+  }
+  return {estimated, covariance_of(joint, estimated)};
 }
 
 }  // namespace crumple

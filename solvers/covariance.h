@@ -15,6 +15,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,6 +24,12 @@
 #include "solvers/normal_equations.h"
 
 namespace crumple {
+
+// Numbers that are linear in the tangents of blocks: the sum of their matrices times these. Row i is names[i].
+struct TangentFunction {
+  std::vector<std::string> names = {};
+  std::map<BlockId, Eigen::MatrixXd> by_block = {};
+};
 
 class JointCovariance {
  public:
@@ -47,6 +54,9 @@ class JointCovariance {
   // Of an eliminated pose, by its slot there: B_j D_j^-1, and D_j^-1.
   const Eigen::Matrix<double, Eigen::Dynamic, 6>& gain(std::size_t slot) const { return gain_[slot]; }
   const Matrix6d& pose_inverse(std::size_t slot) const { return pose_inverse_[slot]; }
+  // Of the rig's rows, the first rig_rows() of the common parameters, and below them of a function; without those of
+  // its rows that only held blocks enter.
+  RigCovariance of_rig_and(const TangentFunction& function) const;
 
   // Condition of the equilibrated information matrix, and its weakest direction in words.
   double condition() const { return condition_; }

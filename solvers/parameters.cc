@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "solvers/rig_covariance.h"
+
 namespace crumple {
 namespace {
 
@@ -214,8 +216,7 @@ std::vector<std::string> parameter_names(const BlockId& block, const Calibration
     return {led + ".x", led + ".y", led + ".z"};
   }
   std::string owner = (block.kind == BlockId::Kind::station ? "station " : "placement ") + std::to_string(block.index);
-  std::vector<std::string> names{"rotation_x",    "rotation_y",    "rotation_z",
-                                 "translation_x", "translation_y", "translation_z"};
+  std::vector<std::string> names(kPoseRows.begin(), kPoseRows.end());
   if (!block.is_pose()) {
     const Sensor& sensor = state.rig.sensors[block.index];
     owner = sensor.name;

@@ -21,6 +21,7 @@
 #include "calib/refine_stations.h"
 #include "calib/scale_bar.h"
 #include "solvers/parameters.h"
+#include "solvers/rig_covariance.h"
 #include "tests/benchmark/car_distances.h"
 #include "tests/calib/made_car.h"
 
@@ -124,22 +125,12 @@ Layout rig_layout(const CalibrationState& state, std::size_t leds) {
 
 // The rig's covariance by blocks; zero for what was held.
 Eigen::MatrixXd rig_block_covariance(const Rig& rig, const Layout& layout, const CalibrationState& state) {
-  std::map<std::string, Eigen::Index> rows;
-  for (const std::string& name : rig.covariance.names) rows.emplace(name, static_cast<Eigen::Index>(rows.size()));
-  std::vector<Eigen::Index> found;
+  std::vector<std::string> names;
   for (const BlockId& block : layout.blocks) {
-    for (const std::string& name : parameter_names(block, state)) {
-      found.push_back(rows.contains(name) ? rows.at(name) : -1);
-    }
+    const std::vector<std::string> of_block = parameter_names(block, state);
+    names.insert(names.end(), of_block.begin(), of_block.end());
   }
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(layout.size, layout.size);
-  for (Eigen::Index i = 0; i < layout.size; ++i) {
-    for (Eigen::Index k = 0; k < layout.size; ++k) {
-      const auto a = found[static_cast<std::size_t>(i)], b = found[static_cast<std::size_t>(k)];
-      if (a >= 0 && b >= 0) covariance(i, k) = rig.covariance.matrix(a, b);
-    }
-  }
-  return covariance;
+  return covariance_of(rig.covariance, names);
 }
 
 Eigen::RowVectorXd row_of(const BallDistance& distance, const Layout& layout) {

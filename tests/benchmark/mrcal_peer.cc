@@ -42,6 +42,8 @@ MrcalPeer::MrcalPeer(const Campaign& campaign, int corners) {
   write(folder_ / "lenses", lenses);
   write(folder_ / "mounts", mounts);
   write(folder_ / "placements", placements);
+  const Eigen::Vector2d warp = kMetresPerMm * start.boards[0].warp_mm;
+  write<double>(folder_ / "warp", {warp.x(), warp.y()});
 }
 
 std::string MrcalPeer::said(const std::string& task) const {
@@ -74,6 +76,23 @@ Prior MrcalPeer::regularisation(const CalibrationState& state) const {
   if (terms.empty() || !text.eof()) throw std::runtime_error("mrcal: " + answer);
   const Eigen::Map<const Eigen::VectorXd> diagonal(variances.data(), static_cast<Eigen::Index>(variances.size()));
   return Prior::create("mrcal's regularisation", terms, about, diagonal.asDiagonal()).value();
+}
+
+PeerUncertainty MrcalPeer::uncertainty(std::size_t camera, int columns, int rows, double distance_mm,
+                                       bool regularised) const {
+  write<double>(folder_ / "request", {static_cast<double>(camera), static_cast<double>(columns),
+                                      static_cast<double>(rows), kMetresPerMm * distance_mm, regularised ? 1.0 : 0.0});
+  const std::string answer = said("uncertainty");
+  std::istringstream text(answer);
+  PeerUncertainty map;
+  text >> map.seconds;
+  for (Eigen::Matrix2d cell; text >> cell(0, 0) >> cell(0, 1) >> cell(1, 0) >> cell(1, 1);) {
+    map.covariance_px2.push_back(cell);
+  }
+  if (map.covariance_px2.size() != static_cast<std::size_t>(columns * rows)) {
+    throw std::runtime_error("mrcal: " + answer);
+  }
+  return map;
 }
 
 }  // namespace crumple

@@ -48,7 +48,7 @@ TEST(RigPrior, HoldsEveryParameterOfTheRigThatIsTouched) {
   ASSERT_TRUE(prior) << prior.error().message;
   // Mounts that hold the frames have no row.
   EXPECT_EQ(prior->held, (std::set<BlockId>{{BlockId::Kind::mount, 0}, {BlockId::Kind::mount, 2}}));
-  EXPECT_EQ(prior->prior.terms().size(), rig.covariance.names.size());
+  EXPECT_EQ(static_cast<int>(prior->prior.terms().size()), first->covariance.rig_rows());
   const Eigen::VectorXd sigmas = prior->prior.sigmas();
   for (std::size_t i = 0; i < prior->prior.terms().size(); ++i) {
     const PriorTerm& term = prior->prior.terms()[i];
