@@ -14,6 +14,7 @@ Verb calibrate_verb();
 Verb track_verb();
 Verb reconstruct_verb();
 Verb measure_verb();
+Verb diff_verb();
 Verb export_verb();
 Verb import_verb();
 

@@ -1,0 +1,52 @@
+// diff through the program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "datasets/rig_file.h"
+#include "tests/cli/program.h"
+
+namespace crumple {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kRig = CRUMPLE_SOURCE_DIR "/tests/data/rigs/version_1";
+
+TEST(DiffVerb, FindsNoDifferenceOfARigAndItself) {
+  const ProgramRun run = run_program("diff " + kRig + " " + kRig);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("no difference beyond both uncertainties, at k = 2 over 3 tests"));
+}
+
+TEST(DiffVerb, NamesWhatMovedAndWritesIt) {
+  const TemporaryFolder home;
+  Rig rig = read_rig(kRig).value();
+  Pose& pose = rig.sensors[1].sensor_from_mount;
+  pose = retract(pose, (Vector6d() << 0, 0.005, 0, 0, 0, 0).finished());
+  std::filesystem::create_directory(home / "nudged");
+  ASSERT_TRUE(write_rig(home / "nudged", rig));
+  const std::string nudged = "'" + (home / "nudged").string() + "'", out = "'" + (home / "out").string() + "'";
+  const ProgramRun run = run_program("diff " + kRig + " " + nudged + " --json --k=3 --out=" + out);
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  const auto document = nlohmann::json::parse(run.out);
+  EXPECT_TRUE(document["significant"]);
+  EXPECT_EQ(document["changed"], (nlohmann::json{"proj0 has moved against cam0"}));
+  EXPECT_NEAR(document["pairs"][0]["turned_deg"].get<double>(), 0.2865, 1e-3);
+  EXPECT_EQ(nlohmann::json::parse(content_of(home / "out/summary.json")), document);
+  for (const char* name : {"projection_cam0.csv", "projection_proj0.png", "volume_cam0+proj0.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(home / "out" / name)) << name;
+  }
+}
+
+TEST(DiffVerb, RefusesWhatCannotBeCompared) {
+  const ProgramRun half = run_program("diff " + kRig + " " + kRig + " --near_mm=500");
+  EXPECT_EQ(half.exit_code, 2);
+  EXPECT_THAT(half.err, HasSubstr("--far_mm"));
+  const ProgramRun bare = run_program("diff " + kRig + " " CRUMPLE_SOURCE_DIR "/tests/data/rigs/version_2");
+  EXPECT_EQ(bare.exit_code, 3);
+  EXPECT_THAT(bare.err, HasSubstr("the second rig has no covariance"));
+}
+
+}  // namespace
+}  // namespace crumple
