@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The numbers of one point behind what it is.
-std::string numbers_of(const AlignedDifference& d, int point) {
+std::string difference_columns(const AlignedDifference& d, int point) {
   const Eigen::VectorXd values = d.values.segment(d.dimension * point, d.dimension);
   return fmt::format("{},{},{}\n", fmt::join(values.begin(), values.end(), ","), d.sigma(point), d.sigmas(point));
 }
@@ -24,7 +24,7 @@ std::string sensor_csv(const SensorDrift& sensor) {
   std::string text = "x_px,y_px,dx_px,dy_px,sigma_px,sigmas\n";
   for (int p = 0; p < sensor.projection.px.points(); ++p) {
     const Eigen::Vector2d& pixel = sensor.projection.pixels[static_cast<std::size_t>(p)];
-    text += fmt::format("{},{},{}", pixel.x(), pixel.y(), numbers_of(sensor.projection.px, p));
+    text += fmt::format("{},{},{}", pixel.x(), pixel.y(), difference_columns(sensor.projection.px, p));
   }
   return text;
 }
@@ -33,7 +33,7 @@ std::string volume_csv(const VolumeDifference& volume) {
   std::string text = "x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm,sigma_mm,sigmas\n";
   for (int p = 0; p < volume.mm.points(); ++p) {
     const Eigen::Vector3d& point = volume.points_mm[static_cast<std::size_t>(p)];
-    text += fmt::format("{},{},{},{}", point.x(), point.y(), point.z(), numbers_of(volume.mm, p));
+    text += fmt::format("{},{},{},{}", point.x(), point.y(), point.z(), difference_columns(volume.mm, p));
   }
   return text;
 }
@@ -41,7 +41,7 @@ std::string volume_csv(const VolumeDifference& volume) {
 std::string leds_csv(const LedDifference& leds) {
   std::string text = "led,dx_mm,dy_mm,dz_mm,sigma_mm,sigmas\n";
   for (int p = 0; p < leds.mm.points(); ++p) {
-    text += leds.leds[static_cast<std::size_t>(p)] + "," + numbers_of(leds.mm, p);
+    text += leds.leds[static_cast<std::size_t>(p)] + "," + difference_columns(leds.mm, p);
   }
   return text;
 }

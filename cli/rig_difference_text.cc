@@ -21,7 +21,7 @@ int worst_point(const AlignedDifference& difference) {
   return worst;
 }
 
-std::string row(const std::string& what, const AlignedDifference& d, const std::string& where, bool significant) {
+std::string test_line(const std::string& what, const AlignedDifference& d, const std::string& where, bool significant) {
   const int worst = worst_point(d);
   const std::string unexplained =
       d.unexplained > 10 * d.floor ? fmt::format("; {:.4f} that neither covariance can explain", d.unexplained) : "";
@@ -30,12 +30,12 @@ std::string row(const std::string& what, const AlignedDifference& d, const std::
                      significant ? "  significant" : "", unexplained);
 }
 
-std::string head(const std::string& title, const std::string& unit) {
+std::string test_heading(const std::string& title, const std::string& unit) {
   return fmt::format("{:<30} {:>9} {:>9} {:>9} {:>7}  {:<24} {:>8}\n", title, "RMS, " + unit, "expected", "worst",
                      "sigmas", "where", "p");
 }
 
-std::string at(double distance_mm) {
+std::string distance_text(double distance_mm) {
   return std::isinf(distance_mm) ? "at infinity" : fmt::format("at {:.0f} mm", distance_mm);
 }
 
@@ -51,11 +51,11 @@ std::string place_in(const VolumeDifference& volume) {
 
 std::string leds_text(const LedDrift& drift) {
   std::string text =
-      row("LEDs, among each other", drift.leds.mm,
-          drift.leds.leds[static_cast<std::size_t>(worst_point(drift.leds.mm))], drift.shape_significant);
+      test_line("LEDs, among each other", drift.leds.mm,
+                drift.leds.leds[static_cast<std::size_t>(worst_point(drift.leds.mm))], drift.shape_significant);
   if (!drift.leds.of_measured) return text;
-  return text + row("LEDs against " + drift.first + " " + drift.second, drift.leds.of_measured->mm,
-                    place_in(*drift.leds.of_measured), drift.carried_significant);
+  return text + test_line("LEDs against " + drift.first + " " + drift.second, drift.leds.of_measured->mm,
+                          place_in(*drift.leds.of_measured), drift.carried_significant);
 }
 
 // Lens parameters beyond k sigma; with many of them a few always are.
@@ -85,7 +85,7 @@ nlohmann::json difference_json(const AlignedDifference& d, const std::string& un
 
 nlohmann::json numbers(const Eigen::VectorXd& vector) { return std::vector<double>(vector.begin(), vector.end()); }
 
-nlohmann::json sensor_json(const SensorDrift& sensor) {
+nlohmann::json sensor_drift_json(const SensorDrift& sensor) {
   nlohmann::json json = difference_json(sensor.projection.px, "px", sensor.significant);
   json["sensor"] = sensor.sensor;
   json["lens_models"] = {sensor.model_a, sensor.model_b};
@@ -108,16 +108,16 @@ nlohmann::json volume_json(const VolumeDifference& volume, bool significant) {
 
 std::string rig_difference_text(const RigDifference& difference) {
   std::string text;
-  if (!difference.sensors.empty()) text += head("projection", "px");
+  if (!difference.sensors.empty()) text += test_heading("projection", "px");
   for (const SensorDrift& sensor : difference.sensors) {
-    text +=
-        row(sensor.sensor + ", " + at(sensor.distance_mm), sensor.projection.px, pixel_of(sensor), sensor.significant);
+    text += test_line(sensor.sensor + ", " + distance_text(sensor.distance_mm), sensor.projection.px, pixel_of(sensor),
+                      sensor.significant);
   }
-  if (!difference.pairs.empty() || difference.leds) text += head("measured points", "mm");
+  if (!difference.pairs.empty() || difference.leds) text += test_heading("measured points", "mm");
   for (const PairDrift& pair : difference.pairs) {
     const std::string what =
         fmt::format("{} {}, {:.0f} to {:.0f}", pair.first, pair.second, pair.depth.near_mm, pair.depth.far_mm);
-    text += row(what, pair.volume.mm, place_in(pair.volume), pair.significant);
+    text += test_line(what, pair.volume.mm, place_in(pair.volume), pair.significant);
   }
   if (difference.leds) text += leds_text(*difference.leds);
   std::string parameters;
@@ -149,7 +149,7 @@ nlohmann::json rig_difference_json(const RigDifference& difference) {
                       {"not_compared", difference.not_compared},
                       {"sensors", nlohmann::json::array()},
                       {"pairs", nlohmann::json::array()}};
-  for (const SensorDrift& sensor : difference.sensors) json["sensors"].push_back(sensor_json(sensor));
+  for (const SensorDrift& sensor : difference.sensors) json["sensors"].push_back(sensor_drift_json(sensor));
   for (const PairDrift& pair : difference.pairs) {
     nlohmann::json entry = volume_json(pair.volume, pair.significant);
     entry["sensors"] = {pair.first, pair.second};

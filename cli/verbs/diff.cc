@@ -1,5 +1,6 @@
 // diff: two rigs -> what differs between them beyond both uncertainties.
-#include <cmath>
+#include <filesystem>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
@@ -41,7 +42,7 @@ Expected<void> write_files(const VerbContext& context, const RigDifference& diff
   if (!folder) return tl::unexpected(folder.error());
   if (auto done = write_difference_files(difference, folder->path()); !done) return done;
   if (auto done = write_file(folder->path() / "summary.json", document.dump(2) + "\n"); !done) return done;
-  return commit_with_record(*folder, context, {context.inputs.begin(), context.inputs.end()});
+  return commit_with_record(*folder, context, std::vector<fs::path>(context.inputs.begin(), context.inputs.end()));
 }
 
 Expected<VerbResult> run_diff(const VerbContext& context) {
