@@ -134,13 +134,13 @@ void compare_pairs(const Rig& a, const Rig& b, const std::vector<std::pair<Match
 }
 
 void compare_leds(const Rig& a, const Rig& b, RigDifference& result) {
-  std::optional<SensorPair> pair;
+  std::optional<MatchedPair> pair;
   LedDrift drift;
   VolumeDepth depth;
   for (const PairDrift& on_probe : result.pairs) {
     const std::size_t first = *a.find(on_probe.first), second = *a.find(on_probe.second);
     if (a.sensors[first].mount != Mount::probe) continue;
-    pair = SensorPair{first, second, *b.find(on_probe.first), *b.find(on_probe.second)};
+    pair = MatchedPair{first, second, *b.find(on_probe.first), *b.find(on_probe.second)};
     depth = on_probe.depth;
     drift.first = on_probe.first;
     drift.second = on_probe.second;

@@ -204,7 +204,7 @@ std::optional<VolumeDepth> common_depth(const Sensor& first, const Sensor& secon
   return VolumeDepth{(1 - kDepthShare) * distance_mm, (1 + kDepthShare) * distance_mm};
 }
 
-Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const SensorPair& pair,
+Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const MatchedPair& pair,
                                              const VolumeDepth& depth) {
   const Eyes eyes_a{&a, {pair.first_a, pair.second_a}}, eyes_b{&b, {pair.first_b, pair.second_b}};
   const TwicePoints points = measured_twice(eyes_a, eyes_b, depth);
@@ -221,7 +221,7 @@ Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const S
   return VolumeDifference{points.a, align(points, root_a, root_b, b_from_a)};
 }
 
-std::optional<LedDifference> led_difference(const Rig& a, const Rig& b, const std::optional<SensorPair>& pair,
+std::optional<LedDifference> led_difference(const Rig& a, const Rig& b, const std::optional<MatchedPair>& pair,
                                             const VolumeDepth& depth) {
   CommonLeds leds = common_leds(a, b);
   if (!span_a_frame(leds.points.a) || !span_a_frame(leds.points.b)) return std::nullopt;

@@ -35,7 +35,7 @@ struct VolumeDepth {
 };
 
 // Two sensors of a mount, in both rigs.
-struct SensorPair {
+struct MatchedPair {
   std::size_t first_a = 0, second_a = 0;
   std::size_t first_b = 0, second_b = 0;
 };
@@ -51,7 +51,7 @@ struct VolumeDifference {
 std::optional<VolumeDepth> common_depth(const Sensor& first, const Sensor& second);
 
 // Fails where the sensors have fewer than a dozen points of the grid in common.
-Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const SensorPair& pair,
+Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const MatchedPair& pair,
                                              const VolumeDepth& depth);
 
 struct LedDifference {
@@ -62,7 +62,7 @@ struct LedDifference {
 
 // None with fewer than three LEDs in common that are not on a line. `pair` is
 // one on the probe.
-std::optional<LedDifference> led_difference(const Rig& a, const Rig& b, const std::optional<SensorPair>& pair,
+std::optional<LedDifference> led_difference(const Rig& a, const Rig& b, const std::optional<MatchedPair>& pair,
                                             const VolumeDepth& depth);
 
 }  // namespace crumple
