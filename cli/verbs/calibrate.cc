@@ -15,6 +15,7 @@
 #include "cli/figures_summary.h"
 #include "cli/flags.h"
 #include "cli/lens_choice_summary.h"
+#include "cli/next_view_summary.h"
 #include "cli/progress.h"
 #include "cli/record.h"
 #include "cli/residual_files.h"
@@ -51,6 +52,7 @@ DEFINE_string(
     correct, "",
     "with --start: names of the sensors, and leds, that may be corrected, comma-separated; the others keep what "
     "the earlier rig says; empty: all may");
+DEFINE_int32(suggest, 0, "number of views to name that would lower the uncertainty in the measuring volume most");
 DEFINE_bool(hand_eye, false,
             "from two files of poses, the hand's and the eye's, the eye's pose on the hand instead (docs/tracking.md)");
 
@@ -66,6 +68,7 @@ Expected<CalibrationOptions> options_from_flags() {
   } else if (FLAGS_warp != "auto") {
     return fail(fmt::format("--warp={} is none of off, on and auto", FLAGS_warp));
   }
+  if (FLAGS_suggest < 0) return fail(fmt::format("--suggest={} is not a number of views", FLAGS_suggest));
   if (!FLAGS_correct.empty() && FLAGS_start.empty()) return fail("--correct is about an earlier rig: give --start");
   options.bundle.reject_outliers = FLAGS_outliers;
   options.bundle.threads = thread_count();
@@ -163,6 +166,19 @@ Expected<void> write_starts(const CalibrationData& data, const CalibrationOption
 Verdict full_verdict(const Capture& capture, const CalibrationData& data, const CalibrationOptions& options,
                      const Calibration& calibration) {
   Verdict verdict = judge(data, calibration, thread_count());
+// --suggest.
+Expected<void> add_suggestions(const CalibrationData& data, const Calibration& calibration, VerbResult& result) {
+  if (FLAGS_suggest == 0) return {};
+  const auto next = next_views(data, calibration, FLAGS_suggest, thread_count());
+  if (!next) return tl::unexpected(next.error());
+  result.document["next_views"] = next_views_summary(*next, calibration);
+  result.text += next_views_text(*next, calibration);
+  return {};
+}
+
+// With what the LEDs' drawing and the order of the stations tell.
+Verdict full_verdict(const Capture& capture, const CalibrationData& data, const Calibration& calibration) {
+  Verdict verdict = judge(calibration);
   std::vector<std::string>& reasons = verdict.reasons;
   if (const auto swapped = find_swapped_axes(data, options, &calibration)) {
     reasons.insert(reasons.begin(), *swapped);
@@ -230,6 +246,15 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   result.document.update(figures_summary(figures, calibration->bundle.state.rig));
   const auto validation = cross_validation_by_flag(*input, *options, result);
   if (!validation) return tl::unexpected(validation.error());
+  if (FLAGS_cross_validate) {
+    Progress progress("cross-validating", input->stripes.size());
+    const auto validation =
+        cross_validate(input->data, input->stripes, *options, {}, [&progress] { progress.advance(); });
+    if (!validation) return tl::unexpected(validation.error());
+    result.document["cross_validation"] = cross_validation_summary(*validation);
+    result.text += cross_validation_text(*validation);
+  }
+  if (auto added = add_suggestions(input->data, *calibration, result); !added) return tl::unexpected(added.error());
   if (!FLAGS_truth.empty()) {
     if (auto added = add_rig_truth(FLAGS_truth, calibrated_rig(*calibration), result); !added)
       return tl::unexpected(added.error());
@@ -288,6 +313,7 @@ Verb calibrate_verb() {
       .max_inputs = 2,
       .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate", "overlays",
                 "report", "truth", "starts", "start", "correct", "hand_eye", "invert", "threads", "overwrite", "json"},
+                "truth", "starts", "start", "correct", "suggest", "hand_eye", "invert", "threads", "overwrite", "json"},
       .required = {"out"},
       .run = run_calibrate};
 }
