@@ -7,9 +7,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "calib/calibrate.h"
 #include "solvers/chi_square.h"
 #include "solvers/parallel.h"
 #include "solvers/parameters.h"
+#include "solvers/projection_uncertainty.h"
 
 namespace crumple {
 namespace {
@@ -61,37 +63,85 @@ void add_region(const std::string& quantity, const ParameterErrors& parameters, 
   regions.push_back({quantity, static_cast<int>(z.size()), z.dot(correlation.ldlt().solve(z))});
 }
 
-// Points fixed to the mount that truly project onto a grid over the image, at `depth_mm`.
-void add_projections(std::size_t s, const CalibrationState& truth, const BundleResult& found,
-                     std::vector<Region>& regions) {
-  const Sensor& true_sensor = truth.rig.sensors[s];
-  const Sensor& sensor = found.state.rig.sensors[s];
-  const double depth_mm = true_sensor.mount == Mount::world ? 2500 : 800;
-  const std::size_t lens_owner = sensor.lens_of.value_or(s);
-  const Eigen::MatrixXd covariance =
-      found.covariance.of({{BlockId::Kind::lens, lens_owner}, {BlockId::Kind::mount, s}}, found.state);
+// Calls visit(pixel, point in the sensor's frame) for a grid over the image, at the distance the sensor works at.
+template <typename Visit>
+void for_each_grid_point(const Sensor& sensor, const Visit& visit) {
+  const double depth_mm = sensor.mount == Mount::world ? 2500 : 800;
   for (int row = 1; row <= 4; ++row) {
     for (int column = 1; column <= 5; ++column) {
-      const Eigen::Vector2d pixel(column * true_sensor.lens.size().width_px / 6.0,
-                                  row * true_sensor.lens.size().height_px / 5.0);
-      const auto ray = true_sensor.lens.ray(pixel);
-      if (!ray) continue;
-      const Eigen::Vector3d point = true_sensor.sensor_from_mount.inverse() * Eigen::Vector3d(*ray * depth_mm);
-      const auto projection = sensor.lens.project_with_gradients(sensor.sensor_from_mount * point);
-      if (!projection) continue;
-      Eigen::MatrixXd jacobian(2, sensor.lens.parameter_count() + 6);
-      jacobian << projection->d_parameters, projection->d_point * d_transformed_d_pose(sensor.sensor_from_mount, point);
-      const Eigen::Matrix2d of_pixel = jacobian * covariance * jacobian.transpose();
-      const Eigen::Vector2d error = projection->pixel - pixel;
-      regions.push_back({"projection of " + sensor.name, 2, error.dot(of_pixel.ldlt().solve(error))});
+      const Eigen::Vector2d pixel(column * sensor.lens.size().width_px / 6.0, row * sensor.lens.size().height_px / 5.0);
+      if (const auto ray = sensor.lens.ray(pixel)) visit(pixel, Eigen::Vector3d(*ray * depth_mm));
     }
   }
 }
 
-Score score_of(const CoverageCampaign& campaign, bool judge_parameters) {
+// Points fixed to the mount.
+void add_projections(std::size_t s, const CalibrationState& truth, const BundleResult& found,
+                     std::vector<Region>& regions) {
+  const Sensor& true_sensor = truth.rig.sensors[s];
+  const Sensor& sensor = found.state.rig.sensors[s];
+  const std::size_t lens_owner = sensor.lens_of.value_or(s);
+  const Eigen::MatrixXd covariance =
+      found.covariance.of({{BlockId::Kind::lens, lens_owner}, {BlockId::Kind::mount, s}}, found.state);
+  for_each_grid_point(true_sensor, [&](const Eigen::Vector2d& pixel, const Eigen::Vector3d& in_sensor) {
+    const Eigen::Vector3d point = true_sensor.sensor_from_mount.inverse() * in_sensor;
+    const auto projection = sensor.lens.project_with_gradients(sensor.sensor_from_mount * point);
+    if (!projection) return;
+    Eigen::MatrixXd jacobian(2, sensor.lens.parameter_count() + 6);
+    jacobian << projection->d_parameters, projection->d_point * d_transformed_d_pose(sensor.sensor_from_mount, point);
+    const Eigen::Matrix2d of_pixel = jacobian * covariance * jacobian.transpose();
+    const Eigen::Vector2d error = projection->pixel - pixel;
+    regions.push_back({"projection of " + sensor.name, 2, error.dot(Eigen::Vector2d(of_pixel.ldlt().solve(error)))});
+  });
+}
+
+// Points fixed to what was seen: the estimate's bodies are off by their mean motion, and take the points along.
+void add_fixed_to_bodies(std::size_t s, const CoverageCampaign& campaign, const BundleResult& found,
+                         const std::map<Mount, Vector6d>& body_motions, std::vector<Region>& regions) {
+  Rig rig = found.state.rig;
+  rig.covariance = rig_covariance(found);
+  const auto uncertainty = ProjectionUncertainty::create(rig, s);
+  if (!uncertainty) return;
+  const Sensor& true_sensor = campaign.truth.rig.sensors[s];
+  const Pose& mount = rig.sensors[s].sensor_from_mount;
+  const Vector6d of_mount = local_step(true_sensor.sensor_from_mount, mount);
+  const Vector6d& of_bodies = body_motions.at(true_sensor.mount);
+  const Eigen::Vector3d turn = of_mount.head<3>() + mount.rotation * of_bodies.head<3>();
+  const Eigen::Vector3d shift =
+      of_mount.tail<3>() - turn.cross(mount.translation) + mount.rotation * of_bodies.tail<3>();
+  for_each_grid_point(true_sensor, [&](const Eigen::Vector2d& pixel, const Eigen::Vector3d& point) {
+    const Eigen::Vector3d moved = point + turn.cross(point) + shift;
+    const auto seen = rig.sensors[s].lens.project(moved);
+    const auto covariance = uncertainty->at_point(moved);
+    if (!seen || !covariance) return;
+    const Eigen::Vector2d error = *seen - pixel;
+    regions.push_back({"projection of " + true_sensor.name + ", fixed to bodies", 2,
+                       error.dot(Eigen::Vector2d(covariance->ldlt().solve(error)))});
+  });
+}
+
+// By mount: what the errors of the estimate move its bodies by.
+std::map<Mount, Vector6d> motions_of_bodies(const CoverageCampaign& campaign, const BundleResult& found) {
+  const TangentFunction& function = found.body_motions;
+  Eigen::VectorXd motion = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(function.names.size()));
+  for (const auto& [block, part] : function.by_block) {
+    motion -= part * block_step(block, found.state, campaign.truth);
+  }
+  std::map<Mount, Vector6d> motions;
+  for (const Mount mount : {Mount::probe, Mount::world}) {
+    const std::string first = datum_names(mount).front();
+    const auto at = std::find(function.names.begin(), function.names.end(), first) - function.names.begin();
+    if (at < motion.size()) motions[mount] = motion.segment<6>(at);
+  }
+  return motions;
+}
+
+Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const FreshStations* fresh,
+               std::mt19937_64& random) {
   const auto found = refine(campaign.start, campaign.observations, campaign.options);
   if (!found) return {{}, {}, found.error().message};
   Score score;
+  const std::map<Mount, Vector6d> body_motions = motions_of_bodies(campaign, *found);
   const Rig& rig = campaign.truth.rig;
   std::vector<BlockId> all, leds, scales;
   for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
@@ -100,7 +150,10 @@ Score score_of(const CoverageCampaign& campaign, bool judge_parameters) {
       add_region("lens of " + rig.sensors[s].name, errors_of({lens}, campaign.truth, *found), score.regions);
       add_region("mount of " + rig.sensors[s].name, errors_of({mount}, campaign.truth, *found), score.regions);
     }
-    add_projections(s, campaign.truth, *found, score.regions);
+    if (judge_parameters) add_projections(s, campaign.truth, *found, score.regions);
+    if (body_motions.contains(rig.sensors[s].mount)) {
+      add_fixed_to_bodies(s, campaign, *found, body_motions, score.regions);
+    }
     all.push_back(lens);
     all.push_back(mount);
   }
@@ -113,6 +166,10 @@ Score score_of(const CoverageCampaign& campaign, bool judge_parameters) {
   all.insert(all.end(), scales.begin(), scales.end());
   score.all = errors_of(all, campaign.truth, *found);
   add_region("all parameters", score.all, score.regions);
+  if (fresh == nullptr) return score;
+  const auto measured = measure_fresh(*fresh, *found, random);
+  if (!measured) return {{}, {}, measured.error().message};
+  for (const MeasuredError& of : *measured) add_region(of.quantity, {of.error, of.covariance}, score.regions);
   return score;
 }
 
@@ -200,7 +257,8 @@ CoverageResult measure_coverage(const CoverageConfiguration& configuration, std:
     parallel_for(scores.size(), threads, [&](std::size_t i) {
       std::seed_seq seeds{seed, static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(i)};
       std::mt19937_64 random(seeds);
-      scores[i] = score_of(configuration.draw(random), configuration.judge_parameters);
+      const CoverageCampaign campaign = configuration.draw(random);
+      scores[i] = score_of(campaign, configuration.judge_parameters, configuration.fresh.get(), random);
     });
     for (const Score& score : scores) {
       if (!score.failure.empty()) {

@@ -10,6 +10,9 @@
 //   all parameters                        one region of all these
 //   projection of S                       a region of 2 for each of 5 x 4 points, fixed in the frame of the sensor's
 //                                         mount, that truly project onto a grid over the image
+//   projection of S, fixed to bodies      the same of points fixed to the boards or LEDs that were seen
+//                                         (solvers/projection_uncertainty.h)
+//   world point, distance of ..., sphere  of what was measured at stations after calibration (fresh_stations.h)
 #pragma once
 
 #include <cstdint>

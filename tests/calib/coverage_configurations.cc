@@ -161,6 +161,11 @@ CoverageConfiguration plain(const std::string& name, Scene scene, bool judge_par
   return {name, [shared](std::mt19937_64& random) { return noisy(*shared, random); }, judge_parameters};
 }
 
+CoverageConfiguration measuring(CoverageConfiguration configuration, const MadeSystemOptions& options) {
+  configuration.fresh = std::make_shared<const FreshStations>(fresh_stations(options));
+  return configuration;
+}
+
 // The boards' true scales are drawn from what their certificates say: alike for all, being of one workshop, but for a
 // tenth that is each one's own.
 CoverageConfiguration by_certificate(const std::string& name, Scene scene, double relative_sigma) {
@@ -249,11 +254,15 @@ Expected<std::vector<CoverageConfiguration>> coverage_configurations() {
       by_certificate("camera and projector by stripes; board scale 1e-3 by certificate", camera_and_projector(false),
                      1e-3),
       plain("two trackers, LEDs alone", trackers_alone()),
-      plain("full chain, two trackers, 5 LEDs", scene_of(kPaperRig)),
-      plain("full chain, two trackers, 5 LEDs; 2 % gross errors", with_gross_errors(scene_of(kPaperRig), 0.02)),
-      std::move(*continued),
-      by_certificate("full chain, two trackers, 5 LEDs; board scales by certificate", scene_of(kPaperRig), 3e-4),
-      plain("full chain, four 5 MP trackers, 8 LEDs", scene_of(kFineRig)),
+      measuring(plain("full chain, two trackers, 5 LEDs", scene_of(kPaperRig)), kPaperRig),
+      measuring(
+          plain("full chain, two trackers, 5 LEDs; 2 % gross errors", with_gross_errors(scene_of(kPaperRig), 0.02)),
+          kPaperRig),
+      measuring(std::move(*continued), kPaperRig),
+      measuring(
+          by_certificate("full chain, two trackers, 5 LEDs; board scales by certificate", scene_of(kPaperRig), 3e-4),
+          kPaperRig),
+      measuring(plain("full chain, four 5 MP trackers, 8 LEDs", scene_of(kFineRig)), kFineRig),
   };
 }
 

@@ -3,12 +3,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "solvers/bundle.h"
-#include "tests/solvers/noisy_observations.h"
+#include "tests/calib/fresh_stations.h"
 
 namespace crumple {
 
@@ -25,6 +26,8 @@ struct CoverageConfiguration {
   std::function<CoverageCampaign(std::mt19937_64&)> draw;
   // Where weak priors hold terms, parameters mean nothing by themselves: only what they project is judged.
   bool judge_parameters = true;
+  // Measured with each campaign's rig; may be none.
+  std::shared_ptr<const FreshStations> fresh = nullptr;
 };
 
 // All of them; those that take a priori knowledge calibrate once to get it. Fails where that does.
