@@ -162,10 +162,6 @@ Expected<void> write_starts(const CalibrationData& data, const CalibrationOption
   return {};
 }
 
-// With what the LEDs' drawing tells.
-Verdict full_verdict(const Capture& capture, const CalibrationData& data, const CalibrationOptions& options,
-                     const Calibration& calibration) {
-  Verdict verdict = judge(data, calibration, thread_count());
 // --suggest.
 Expected<void> add_suggestions(const CalibrationData& data, const Calibration& calibration, VerbResult& result) {
   if (FLAGS_suggest == 0) return {};
@@ -176,9 +172,10 @@ Expected<void> add_suggestions(const CalibrationData& data, const Calibration& c
   return {};
 }
 
-// With what the LEDs' drawing and the order of the stations tell.
-Verdict full_verdict(const Capture& capture, const CalibrationData& data, const Calibration& calibration) {
-  Verdict verdict = judge(calibration);
+// With what the LEDs' drawing tells.
+Verdict full_verdict(const Capture& capture, const CalibrationData& data, const CalibrationOptions& options,
+                     const Calibration& calibration) {
+  Verdict verdict = judge(data, calibration, thread_count());
   std::vector<std::string>& reasons = verdict.reasons;
   if (const auto swapped = find_swapped_axes(data, options, &calibration)) {
     reasons.insert(reasons.begin(), *swapped);
@@ -246,14 +243,6 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   result.document.update(figures_summary(figures, calibration->bundle.state.rig));
   const auto validation = cross_validation_by_flag(*input, *options, result);
   if (!validation) return tl::unexpected(validation.error());
-  if (FLAGS_cross_validate) {
-    Progress progress("cross-validating", input->stripes.size());
-    const auto validation =
-        cross_validate(input->data, input->stripes, *options, {}, [&progress] { progress.advance(); });
-    if (!validation) return tl::unexpected(validation.error());
-    result.document["cross_validation"] = cross_validation_summary(*validation);
-    result.text += cross_validation_text(*validation);
-  }
   if (auto added = add_suggestions(input->data, *calibration, result); !added) return tl::unexpected(added.error());
   if (!FLAGS_truth.empty()) {
     if (auto added = add_rig_truth(FLAGS_truth, calibrated_rig(*calibration), result); !added)
@@ -311,9 +300,9 @@ Verb calibrate_verb() {
           "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
       .min_inputs = 1,
       .max_inputs = 2,
-      .flags = {"out", "images", "sensors", "warp", "projector_from", "outliers", "lens", "cross_validate", "overlays",
-                "report", "truth", "starts", "start", "correct", "hand_eye", "invert", "threads", "overwrite", "json"},
-                "truth", "starts", "start", "correct", "suggest", "hand_eye", "invert", "threads", "overwrite", "json"},
+      .flags = {"out",      "images",  "sensors",   "warp",   "projector_from", "outliers", "lens",    "cross_validate",
+                "overlays", "report",  "truth",     "starts", "start",          "correct",  "suggest", "hand_eye",
+                "invert",   "threads", "overwrite", "json"},
       .required = {"out"},
       .run = run_calibrate};
 }
