@@ -10,6 +10,7 @@ CalibrationFigures calibration_figures(const Observations& observations, const C
   for (std::size_t s = 0; s < figures.residuals.size(); ++s) {
     figures.cells.push_back(image_cells(figures.residuals[s], bundle.state.rig.sensors[s].lens.size()));
   }
+  figures.uncertainties = sensor_uncertainties(calibration, figures.cells);
   figures.histograms = residual_histograms(bundle);
   figures.correlated = correlated_terms(rig_covariance(bundle));
   return figures;

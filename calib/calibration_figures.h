@@ -1,21 +1,24 @@
 // What a calibration's report shows beyond the fit itself, computed once for report.html and summary.json.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "calib/correlated_terms.h"
 #include "calib/image_cells.h"
 #include "calib/placed_residuals.h"
 #include "calib/residual_histogram.h"
+#include "calib/sensor_uncertainty.h"
 #include "calib/uncertainty_budget.h"
 
 namespace crumple {
 
 struct CalibrationFigures {
   UncertaintyBudget budget;
-  std::vector<std::vector<PlacedResidual>> residuals;  // one list per sensor
-  std::vector<ImageCells> cells;                       // one per sensor
-  std::vector<ResidualHistogram> histograms;           // one per group of observations
+  std::vector<std::vector<PlacedResidual>> residuals;           // one list per sensor
+  std::vector<ImageCells> cells;                                // one per sensor
+  std::vector<std::optional<SensorUncertainty>> uncertainties;  // likewise
+  std::vector<ResidualHistogram> histograms;                    // one per group of observations
   CorrelatedTerms correlated;
 };
 

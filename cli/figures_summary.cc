@@ -43,6 +43,13 @@ json cells_json(const ImageCells& cells) {
           {"mean_px", std::move(means)}};
 }
 
+json uncertainty_json(const SensorUncertainty& uncertainty) {
+  json sigmas = json::array();
+  for (const std::optional<double>& sigma_px : uncertainty.sigma_px)
+    sigmas.push_back(sigma_px ? json(*sigma_px) : json());
+  return {{"distance_mm", uncertainty.distance_mm}, {"sigma_px", std::move(sigmas)}};
+}
+
 json histogram_json(const ResidualHistogram& histogram) {
   return {{"lowest", -kHistogramReach},      {"bin", kHistogramBin},       {"accepted", histogram.accepted},
           {"outliers", histogram.outliers},  {"beyond", histogram.beyond}, {"mean", histogram.mean},
@@ -66,6 +73,9 @@ json figures_summary(const CalibrationFigures& figures, const Rig& rig) {
                {"histograms", json::object()}};
   for (std::size_t s = 0; s < figures.cells.size(); ++s) {
     summary["image_cells"][rig.sensors[s].name] = cells_json(figures.cells[s]);
+    if (figures.uncertainties[s]) {
+      summary["projection_uncertainty"][rig.sensors[s].name] = uncertainty_json(*figures.uncertainties[s]);
+    }
   }
   for (const ResidualHistogram& histogram : figures.histograms) {
     summary["histograms"][histogram.group] = histogram_json(histogram);

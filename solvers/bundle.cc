@@ -124,10 +124,17 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
                                   const NormalEquations& equations, const CalibrationState& state,
                                   const BundleOptions& options) {
   const int threads = options.threads;
-  auto covariance = JointCovariance::create(equations, state, [&] {
-    return reduced_square_root(views, equations.parameters(), whitened_at(views, weights, state), options.priors, state,
-                               threads);
-  });
+  // Directions that a weak prior holds have a condition that no squared one is good enough for.
+  const bool held_weakly =
+      std::any_of(options.priors.begin(), options.priors.end(), [](const Prior& prior) { return prior.weak(); });
+  std::function<Eigen::MatrixXd()> square_root;
+  if (held_weakly) {
+    square_root = [&] {
+      return reduced_square_root(views, equations.parameters(), whitened_at(views, weights, state), options.priors,
+                                 state, threads);
+    };
+  }
+  auto covariance = JointCovariance::create(equations, state, square_root);
   if (!covariance) return tl::unexpected(covariance.error());
   Linearisation result{std::vector<Eigen::VectorXd>(views.size()),
                        std::vector<std::vector<Eigen::Matrix2d>>(views.size()), std::move(*covariance)};

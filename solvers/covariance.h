@@ -7,9 +7,10 @@
 //   J'J = [ A  B_j ; B_j'  D_j ],   S = A - sum_j B_j D_j^-1 B_j'          (Schur complement)
 //   cov(a) = S^-1,  cov(a, b_j) = -S^-1 B_j D_j^-1,  cov(b_j) = D_j^-1 + D_j^-1 B_j' S^-1 B_j D_j^-1.
 // S is equilibrated to a unit diagonal before it is factored. Where its smallest equilibrated eigenvalue lies below
-// 1e-12, rounding decides, and the Jacobian's triangular square root (solvers/square_root.h) is asked instead: where
-// its smallest equilibrated singular value lies below 1e-10 of the largest, the parameters are not determined. That is
-// an error which names the direction. What digits squaring the Jacobian has cost otherwise, sharpen() brings back.
+// 1e-12 the parameters are not determined: that is an error which names the direction. Directions that only a weak
+// prior holds may lie below that; where there is one, the Jacobian's triangular square root (solvers/square_root.h)
+// decides, which is good to singular values of 1e-10 of the largest. What digits squaring the Jacobian has cost
+// otherwise, sharpen() brings back.
 //
 // Gauge: the reference sensor's mount is held, so every row is relative to that sensor's frame.
 #pragma once
@@ -33,7 +34,7 @@ struct TangentFunction {
 
 class JointCovariance {
  public:
-  // `square_root` makes reduced_square_root of the same views; without it rounding's doubts are refused.
+  // `square_root` makes reduced_square_root of the same views; given where a weak prior takes part.
   static Expected<JointCovariance> create(const NormalEquations& equations, const CalibrationState& state,
                                           const std::function<Eigen::MatrixXd()>& square_root = {});
 

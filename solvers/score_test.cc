@@ -12,6 +12,7 @@ namespace crumple {
 namespace {
 
 constexpr double kNotTestable = 1e-6;
+constexpr double kBeyondNoise = 9;  // three sigma
 
 double inflation_of_kind(View::Kind kind, const BundleOptions& options) {
   if (kind == View::Kind::corners) return options.corner_inflation;
@@ -117,19 +118,20 @@ ScoreOutcome ScoreTester::test(const Columns& columns) const {
   ScoreOutcome outcome{0, 0, Eigen::VectorXd::Zero(q), Eigen::VectorXd::Zero(q)};
   const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
   const SymmetricEigen parts = symmetric_eigen(scale.asDiagonal() * (own - followed) * scale.asDiagonal());
-  Eigen::VectorXd variance = Eigen::VectorXd::Zero(q);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(q), beyond_noise = Eigen::VectorXd::Zero(q);
   for (Eigen::Index i = 0; i < q; ++i) {
     if (!(parts.values[i] > kNotTestable)) continue;
     const Eigen::VectorXd direction = scale.asDiagonal() * parts.vectors.col(i);
     const double along = direction.dot(score);
     outcome.gain += along * along / parts.values[i];
     outcome.estimate -= along / parts.values[i] * direction;
+    if (along * along > kBeyondNoise * parts.values[i]) beyond_noise -= along / parts.values[i] * direction;
     variance += direction.cwiseAbs2() / parts.values[i];
     ++outcome.degrees;
   }
   outcome.sigma = variance.cwiseSqrt();
-  outcome.bias = std::sqrt(std::max(0.0, outcome.estimate.dot(followed * outcome.estimate)));
-  if (rows > 0) outcome.effect = std::sqrt(std::max(0.0, outcome.estimate.dot(own * outcome.estimate)) / rows);
+  outcome.bias = std::sqrt(std::max(0.0, beyond_noise.dot(followed * beyond_noise)));
+  if (rows > 0) outcome.effect = std::sqrt(outcome.gain / rows);
   return outcome;
 }
 

@@ -14,8 +14,8 @@ namespace crumple {
 namespace {
 
 std::string verdict_box(const Verdict& verdict) {
-  std::string html = fmt::format("<div class=\"verdict\" id=\"verdict\">\n<strong>Verdict: {}</strong>\n",
-                                 verdict.ok ? "ok" : "suspect");
+  std::string html =
+      fmt::format("<div class=\"verdict\" id=\"verdict\">\n<strong>Verdict: {}</strong>\n", level_of(verdict));
   std::vector<std::string> reasons, notes;
   for (const std::string& reason : verdict.reasons) reasons.push_back(html_text(reason));
   for (const std::string& note : verdict.notes) notes.push_back(html_text(note));

@@ -51,6 +51,13 @@ std::string sensor_section(const CalibrationReport& report, std::size_t s, Repor
       coverage_plot(size, cells),
       fmt::format("Accepted observations per cell; {} of the image's {} cells hold any.",
                   html_number(cells.covered, fmt::format("{:.0f} %", 100 * cells.covered)), cells.cells.size()));
+  if (const auto& uncertainty = report.figures.uncertainties[s]) {
+    html += figures.add(
+        image_map_plot(size, {cells.columns, cells.rows, uncertainty->sigma_px, "standard uncertainty (px)"}),
+        fmt::format("How well it is known where a point is seen that lies {} mm away, fixed to what was observed: the "
+                    "standard uncertainty of its pixel in the direction where that is largest.",
+                    html_number(uncertainty->distance_mm, fmt::format("{:.0f}", uncertainty->distance_mm))));
+  }
   html += figures.add(residual_field_plot(size, cells), field_words(cells));
   html += figures.add(residual_sample_plot(size, residuals, most),
                       fmt::format("Single residuals, {} of {}; outliers in orange.", std::min(most, residuals.size()),

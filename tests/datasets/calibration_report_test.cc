@@ -21,7 +21,7 @@ std::string report_of_made_system(int threads) {
                                 .bundle = refine(made.truth, made.observations, {}).value()};
   Capture capture;
   capture.title = "A <probe> & its `trackers`";
-  const Verdict verdict{false, {"a reason, \"quoted\""}, {"a note"}};
+  const Verdict verdict{false, false, {"a reason, \"quoted\""}, {"a note"}};
   const std::vector<SkippedView> skipped{{"7", "cam0", "too dark <10 %", true}};
   const std::optional<CrossValidation> validation =
       CrossValidation{{{.station = "placement_1", .points = 17}}, {.station = "mean", .points = 17}};

@@ -13,12 +13,12 @@
 namespace crumple {
 namespace {
 
-constexpr std::size_t station = 4;  // the panel of small.yaml
+constexpr std::size_t kPanelStation = 4;  // the panel of small.yaml
 
 // Points above the panel by `height_mm(x, y)` along its normal.
 template <typename Height>
 Cloud cloud_above(const Scene& scene, const Height& height_mm, float sigma_mm = 0) {
-  const SceneStation& placed = scene.stations[station];
+  const SceneStation& placed = scene.stations[kPanelStation];
   const Surface& surface = surface_at(scene, placed);
   Cloud cloud;
   cloud.stations = {placed.id};

@@ -26,7 +26,7 @@ double whitened_square_sum(const BundleResult& result) {
 
 Synthetic bent_board() {
   return make_synthetic(
-      {.corner_sigma_px = 0.1, .stripe_sigma_px = 0.08, .feature_sigma_px = 0.1, .seed = 3, .warp_mm = {0.1, -0.05}});
+      {.corner_sigma_px = 0.1, .stripe_sigma_px = 0.08, .feature_sigma_px = 0.1, .seed = 3, .warp_mm = {0.3, -0.15}});
 }
 
 ScoreTester::Columns by_warp(const ScoreTester& tester, const CalibrationState& state) {

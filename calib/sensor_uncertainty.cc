@@ -1,0 +1,50 @@
+#include "calib/sensor_uncertainty.h"
+
+#include <algorithm>
+
+#include "solvers/projection_uncertainty.h"
+#include "solvers/sensor_chain.h"
+
+namespace crumple {
+namespace {
+
+// To the middle of a board, or to the frame that carries the LEDs.
+double distance_mm(const ViewSummary& view, const CalibrationState& state) {
+  if (!view.placement) return sensor_from_leds(state, view.sensor, view.station).pose.translation.norm();
+  const Board& board = state.board_at(*view.placement);
+  const Eigen::Vector3d middle = 0.5 * (board.point(0) + board.point(board.point_count() - 1));
+  return (sensor_from_board_pose(state, view.sensor, *view.placement, view.station) * middle).norm();
+}
+
+std::optional<double> median_distance_mm(std::size_t sensor, const BundleResult& bundle) {
+  std::vector<double> distances;
+  for (const ViewSummary& view : bundle.views) {
+    if (view.sensor == sensor) distances.push_back(distance_mm(view, bundle.state));
+  }
+  if (distances.empty()) return std::nullopt;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<std::optional<SensorUncertainty>> sensor_uncertainties(const Calibration& calibration,
+                                                                   const std::vector<ImageCells>& cells) {
+  const Rig rig = calibrated_rig(calibration);
+  std::vector<std::optional<SensorUncertainty>> all(rig.sensors.size());
+  for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+    const auto distance = median_distance_mm(s, calibration.bundle);
+    const auto uncertainty = ProjectionUncertainty::create(rig, s);
+    if (!distance || !uncertainty) continue;
+    SensorUncertainty& of_sensor = all[s].emplace();
+    of_sensor.distance_mm = *distance;
+    for (std::size_t cell = 0; cell < cells[s].cells.size(); ++cell) {
+      const auto covariance = uncertainty->at_pixel(cells[s].centre_px(cell), *distance);
+      of_sensor.sigma_px.push_back(covariance ? std::optional(worst_direction_sigma(*covariance)) : std::nullopt);
+    }
+  }
+  return all;
+}
+
+}  // namespace crumple

@@ -1,0 +1,22 @@
+// How well a calibration knows where each sensor sees things, over its image at the distance it worked at: the
+// projection uncertainty (solvers/projection_uncertainty.h) at the middle of each cell of a report's grid.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calib/calibrate.h"
+#include "calib/image_cells.h"
+
+namespace crumple {
+
+struct SensorUncertainty {
+  double distance_mm = 0;                       // median of what it saw, from its centre of projection
+  std::vector<std::optional<double>> sigma_px;  // in the worst direction, by cell; none where the pixel has no ray
+};
+
+// One per sensor, by the grids of `cells`; none for a sensor that saw no board, nor LEDs that span a frame.
+std::vector<std::optional<SensorUncertainty>> sensor_uncertainties(const Calibration& calibration,
+                                                                   const std::vector<ImageCells>& cells);
+
+}  // namespace crumple
