@@ -15,7 +15,7 @@ TEST_P(Coverage, RegionsOf95PercentContainTheTruthAsOftenAsTheySay) {
   ASSERT_TRUE(configurations) << configurations.error().message;
   for (const CoverageConfiguration& configuration : *configurations) {
     if (configuration.name != GetParam()) continue;
-    const CoverageResult result = measure_coverage(configuration, 7, 64, 1);
+    const CoverageResult result = measure_coverage(configuration, 7, 32, 1);
     EXPECT_EQ(result.failed, 0) << result.failure;
     EXPECT_LT(std::abs(result.worst_direction_z), 4);
     ASSERT_FALSE(result.rows.empty());
