@@ -46,7 +46,7 @@ struct StripePoint {
   Matrix3x6d d_camera_mount;
   Matrix3Xd d_projector_lens;
   Matrix3x6d d_projector_mount;
-  Eigen::Vector3d d_coordinate;  // mm per px
+  Eigen::Vector3d d_coordinate;  // mm per px; likewise
 };
 
 // No value where the ray does not meet the light before both sensors, or runs (nearly) within it.

@@ -93,8 +93,7 @@ Expected<CloudPoint> measured(const FreshStations& stations, const Rig& rig, con
   const auto coordinate = stripe_coordinate(truth[1], kStripes, in_probe);
   if (!pixel || !coordinate) return fail("a point is not seen");
   const double noise_px = stations.noise.stripe_px * std::normal_distribution<double>()(random);
-  const auto point =
-      stripe_point(rig.sensors[0], rig.sensors[1], kStripes, *pixel, coordinate->value_px + noise_px, false);
+  const auto point = stripe_point(rig.sensors[0], rig.sensors[1], kStripes, *pixel, coordinate->value_px + noise_px);
   if (!point) return fail("a point cannot be triangulated");
   const Pose& world_from_probe = poses.stations[station].world_from_probe;
   const Eigen::Vector3d along = world_from_probe.rotation * point->d_coordinate * stations.noise.stripe_px;
