@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "recon/patterns.h"
 #include "solvers/decompositions.h"
 #include "solvers/sensor_chain.h"
 
@@ -237,11 +238,10 @@ class CandidateMaker {
   }
 
   // +1 where the stripe's edge nearest to a coordinate rises with it, -1 where it falls: by the bit of the Gray code
-  // that changes there.
+  // that changes there. Of stripes one pixel wide from the panel's edge.
   static double polarity(double coordinate_px) {
-    const auto boundary = static_cast<unsigned long>(std::max(1.0, std::round(coordinate_px + 0.5)));
-    unsigned long changed = boundary & (~boundary + 1);
-    return (boundary & (changed << 1U)) != 0 ? -1 : 1;
+    const auto stripe = static_cast<unsigned>(std::max(1.0, std::round(coordinate_px + 0.5)));
+    return gray_from_binary(stripe) > gray_from_binary(stripe - 1) ? 1 : -1;
   }
 
   void add_polarity(std::size_t s) {
@@ -262,7 +262,7 @@ class CandidateMaker {
                        return fmt::format(
                            "{}: rising edges of stripes are off by {:+.2g} px and falling ones by {:+.2g} px, as a "
                            "gamma makes them without inverse patterns; take every pattern with its inverse",
-                           name, -outcome.estimate[0], outcome.estimate[0]);
+                           name, outcome.estimate[0], -outcome.estimate[0]);
                      }});
   }
 
@@ -313,15 +313,17 @@ class CandidateMaker {
                "--warp=on",
                subject, height_range(outcome.estimate));
          }});
-    made_.push_back({AlternativeKind::size, subject,
-                     over_board(b, 1,
-                                [](const Eigen::Vector3d& point, const Eigen::MatrixXd& moved,
-                                   Eigen::Ref<Eigen::MatrixXd> row) { row = moved.leftCols<2>() * point.head<2>(); }),
-                     [subject](const ScoreOutcome& outcome) {
-                       return fmt::format(
-                           "the pitch of {} is {:+.3g} % of what the others, bars and certificates say: measure it",
-                           subject, 100 * outcome.estimate[0]);
-                     }});
+    made_.push_back(
+        {AlternativeKind::size, subject,
+         over_board(b, 1,
+                    [](const Eigen::Vector3d& point, const Eigen::MatrixXd& moved, Eigen::Ref<Eigen::MatrixXd> row) {
+                      row = moved.leftCols<2>() * point.head<2>();
+                    }),
+         [subject](const ScoreOutcome& outcome) {
+           return fmt::format(
+               "the pitch of {} is off by {:+.3g} % from what the others, bars and certificates say: measure it",
+               subject, 100 * outcome.estimate[0]);
+         }});
     made_.push_back(
         {AlternativeKind::size, subject,
          over_board(b, 2,
@@ -331,8 +333,8 @@ class CandidateMaker {
                     }),
          [subject](const ScoreOutcome& outcome) {
            return fmt::format(
-               "the pitch of {} along x is {:+.3g} % of that along y, and its axes are {:.2g} deg off square: measure "
-               "it",
+               "the pitch of {} along x differs by {:+.3g} % from that along y, and its axes are {:.2g} deg off "
+               "square: measure it",
                subject, 100 * outcome.estimate[0], outcome.estimate[1] * kDegreePerRad);
          }});
   }

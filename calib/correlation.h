@@ -21,6 +21,10 @@ namespace crumple {
 struct Inflation {
   double corners = 1;
   double stripes = 1;
+  double of(View::Kind kind) const {
+    if (kind == View::Kind::corners) return corners;
+    return kind == View::Kind::stripes ? stripes : 1;
+  }
 };
 
 // `observations` are those the bundle was refined with, independent ones assumed. Each is at least 1.

@@ -120,9 +120,7 @@ class Checker {
       const auto group = std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& g) {
         return g.sensor == view.sensor && g.kind == view.kind;
       });
-      const double counted = view.kind == View::Kind::corners   ? options_.corner_inflation
-                             : view.kind == View::Kind::stripes ? options_.stripe_inflation
-                                                                : 1;
+      const double counted = inflation_of(view.kind, options_);
       sum += view.residuals_px.squaredNorm() / (group->sigma_px * group->sigma_px * counted);
     }
     return sum;

@@ -1,9 +1,11 @@
 #include "calib/sensor_uncertainty.h"
 
-#include <algorithm>
+#include <utility>
 
+#include "calib/seen_boards.h"
 #include "solvers/projection_uncertainty.h"
 #include "solvers/sensor_chain.h"
+#include "tracking/median.h"
 
 namespace crumple {
 namespace {
@@ -11,9 +13,8 @@ namespace {
 // To the middle of a board, or to the frame that carries the LEDs.
 double distance_mm(const ViewSummary& view, const CalibrationState& state) {
   if (!view.placement) return sensor_from_leds(state, view.sensor, view.station).pose.translation.norm();
-  const Board& board = state.board_at(*view.placement);
-  const Eigen::Vector3d middle = 0.5 * (board.point(0) + board.point(board.point_count() - 1));
-  return (sensor_from_board_pose(state, view.sensor, *view.placement, view.station) * middle).norm();
+  const Pose sensor_from_board = sensor_from_board_pose(state, view.sensor, *view.placement, view.station);
+  return (sensor_from_board * board_centre(state.board_at(*view.placement))).norm();
 }
 
 std::optional<double> median_distance_mm(std::size_t sensor, const BundleResult& bundle) {
@@ -22,9 +23,7 @@ std::optional<double> median_distance_mm(std::size_t sensor, const BundleResult&
     if (view.sensor == sensor) distances.push_back(distance_mm(view, bundle.state));
   }
   if (distances.empty()) return std::nullopt;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return median_of(std::move(distances));
 }
 
 }  // namespace

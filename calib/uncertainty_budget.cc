@@ -18,11 +18,6 @@ constexpr double kRounding = 1e-9;  // shares below it are none
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-double inflation_of(View::Kind kind, const Inflation& inflation) {
-  if (kind == View::Kind::corners) return inflation.corners;
-  return kind == View::Kind::stripes ? inflation.stripes : 1;
-}
-
 // The estimated blocks that are no poses, in the order of the covariance.
 std::vector<BlockId> rig_blocks(const BundleResult& bundle) {
   const CalibrationState& state = bundle.state;
@@ -107,7 +102,7 @@ Eigen::MatrixXd group_shares(const Observations& observations, const Calibration
         !view.evaluate(bundle.state, true, evaluation)) {
       return;
     }
-    const ViewWeights weights{group.sigma_px, inflation_of(view.kind(), calibration.inflation), inlier};
+    const ViewWeights weights{group.sigma_px, calibration.inflation.of(view.kind()), inlier};
     whiten(view, weights, evaluation);
     discount(weights, evaluation);
     const Eigen::MatrixXd local = evaluation.jacobian.transpose() * evaluation.jacobian;
@@ -147,7 +142,7 @@ std::vector<BudgetSource> sources_of(const Calibration& calibration) {
   const BundleResult& bundle = calibration.bundle;
   std::vector<BudgetSource> sources;
   for (const GroupSummary& group : bundle.groups) {
-    const double effective = redundancy_of(group, bundle) / inflation_of(group.kind, calibration.inflation);
+    const double effective = redundancy_of(group, bundle) / calibration.inflation.of(group.kind);
     sources.push_back({group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated,
                        group.sigma_estimated ? effective : kInfinity});
   }

@@ -173,8 +173,7 @@ WeightOf weights_of(const Calibration& calibration) {
       of_kind = group.kind == view.kind();
       weights.sigma_px = group.sigma_px;
     }
-    if (view.kind() == View::Kind::corners) weights.inflation = calibration.inflation.corners;
-    if (view.kind() == View::Kind::stripes) weights.inflation = calibration.inflation.stripes;
+    weights.inflation = calibration.inflation.of(view.kind());
     return weights;
   };
 }

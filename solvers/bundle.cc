@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "solvers/closed_form/board_pose.h"
+#include "solvers/gate.h"
 #include "solvers/minimise.h"
 #include "solvers/parallel.h"
 #include "solvers/square_root.h"
@@ -345,21 +346,6 @@ Expected<void> converge_robustly(const Views& views, const Parameters& parameter
   }
 }
 
-double inflation_of(View::Kind kind, const BundleOptions& options) {
-  switch (kind) {
-    case View::Kind::corners:
-      return options.corner_inflation;
-    case View::Kind::stripes:
-      return options.stripe_inflation;
-    case View::Kind::overlaps:
-      return options.overlap_inflation;
-    case View::Kind::features:
-    case View::Kind::leds:
-      break;
-  }
-  return 1;
-}
-
 std::map<GroupKey, double> sigmas_of(const std::map<GroupKey, GroupSummary>& groups) {
   std::map<GroupKey, double> sigmas;
   for (const auto& [key, group] : groups) sigmas[key] = group.sigma_px;
@@ -375,24 +361,19 @@ bool settled(const Views& views, const std::vector<ViewWeights>& weights, const 
 
 }  // namespace
 
-double gate_for(int dimension, double gate) {
-  if (dimension == 2) return gate;
-  // P(|z| > t) = erfc(t / sqrt 2) = exp(-gate / 2), by bisection.
-  const double probability = std::exp(-gate / 2);
-  double low = 0, high = std::sqrt(gate);
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (std::erfc(middle / std::numbers::sqrt2) > probability ? low : high) = middle;
+double inflation_of(View::Kind kind, const BundleOptions& options) {
+  switch (kind) {
+    case View::Kind::corners:
+      return options.corner_inflation;
+    case View::Kind::stripes:
+      return options.stripe_inflation;
+    case View::Kind::overlaps:
+      return options.overlap_inflation;
+    case View::Kind::features:
+    case View::Kind::leds:
+      break;
   }
-  return low * low;
-}
-
-double kept_variance(int dimension, double gate) {
-  const double outside = std::exp(-gate / 2);
-  if (dimension == 2) return 1 - 0.5 * gate * outside / (1 - outside);
-  const double t = std::sqrt(gate_for(1, gate));
-  const double density = std::exp(-t * t / 2) / std::sqrt(2 * std::numbers::pi);
-  return 1 - 2 * t * density / (1 - outside);
+  return 1;
 }
 
 std::string group_name(const Rig& rig, std::size_t sensor, View::Kind kind) {

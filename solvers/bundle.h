@@ -95,9 +95,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
 
 std::string group_name(const Rig& rig, std::size_t sensor, View::Kind kind);
 
-// The gate in one dimension that clean data exceeds as often as `gate` in two; and the variance left, of one, in a
-// chi-square distribution of 1 or 2 dimensions cut at its gate.
-double gate_for(int dimension, double gate);
-double kept_variance(int dimension, double gate);
+// How many observations of a kind count as one, by the options.
+double inflation_of(View::Kind kind, const BundleOptions& options);
 
 }  // namespace crumple

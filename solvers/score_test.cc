@@ -14,12 +14,6 @@ namespace {
 constexpr double kNotTestable = 1e-6;
 constexpr double kBeyondNoise = 9;  // three sigma
 
-double inflation_of_kind(View::Kind kind, const BundleOptions& options) {
-  if (kind == View::Kind::corners) return options.corner_inflation;
-  if (kind == View::Kind::stripes) return options.stripe_inflation;
-  return kind == View::Kind::overlaps ? options.overlap_inflation : 1;
-}
-
 // One over sigma, also for outliers that are near enough to be what a fault made.
 Eigen::VectorXd weights_of_rows(const View& view, const ViewSummary& summary, double sigma_px, double inflation,
                                 double most_sigmas) {
@@ -48,7 +42,7 @@ Expected<ScoreTester> ScoreTester::create(const Observations& observations, cons
       return g.sensor == summary.sensor && g.kind == summary.kind;
     });
     row_weights[v] =
-        weights_of_rows(*views[v], summary, group->sigma_px, inflation_of_kind(summary.kind, options), most_sigmas);
+        weights_of_rows(*views[v], summary, group->sigma_px, inflation_of(summary.kind, options), most_sigmas);
   });
   if (std::count(predicted.begin(), predicted.end(), 0) > 0) return fail("an observation cannot be predicted");
   const Parameters& parameters = result.covariance.parameters();

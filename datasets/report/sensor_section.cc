@@ -15,11 +15,6 @@ constexpr std::size_t kArrowsOfAll = 1500;  // residuals drawn, over all sensors
 constexpr std::size_t kArrowsOfOne = 200;
 constexpr double kMoreThanNoise = 1.5;
 
-double counted_as_one(View::Kind kind, const Inflation& inflation) {
-  if (kind == View::Kind::corners) return inflation.corners;
-  return kind == View::Kind::stripes ? inflation.stripes : 1;
-}
-
 std::string field_words(const ImageCells& cells) {
   if (!(cells.expected_px > 0)) return "No cell holds enough observations for a mean.";
   const double ratio = cells.rms_mean_px / cells.expected_px;
@@ -79,7 +74,7 @@ std::string noise_section(const Calibration& calibration) {
     const double share = static_cast<double>(group.outliers) / static_cast<double>(group.observations);
     rows.push_back({html_text(group_name(bundle.state.rig, group.sensor, group.kind)), html_number(group.observations),
                     html_number(group.outliers), fmt::format("{:.2f} %", 100 * share), html_number(group.redundancy, 1),
-                    html_number(counted_as_one(group.kind, calibration.inflation), 2), html_number(group.rms_px, 4),
+                    html_number(calibration.inflation.of(group.kind), 2), html_number(group.rms_px, 4),
                     html_number(group.sigma_px, 4) + (group.sigma_estimated ? "" : " (assumed)")});
   }
   return "<section id=\"noise\">\n<h2>Noise</h2>\n<p>Sigma is the standard deviation of one measured coordinate, "

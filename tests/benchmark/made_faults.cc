@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calib/swapped_axes.h"
+#include "recon/patterns.h"
 #include "solvers/decompositions.h"
 #include "solvers/residuals.h"
 #include "solvers/sensor_chain.h"
@@ -151,8 +152,8 @@ class Campaign {
     for (StripeView& view : made_.observations.stripes) {
       for (double& coordinate_px : view.coordinates_px) {
         const auto boundary = static_cast<unsigned>(std::max(1.0, std::round(coordinate_px + 0.5)));
-        const unsigned before = (boundary - 1) ^ ((boundary - 1) >> 1U), after = boundary ^ (boundary >> 1U);
-        coordinate_px += after > before ? shift_px : -shift_px;
+        const bool rises = gray_from_binary(boundary) > gray_from_binary(boundary - 1);
+        coordinate_px += rises ? shift_px : -shift_px;
       }
     }
     campaign_.named_by = {"rising edges of stripes"};

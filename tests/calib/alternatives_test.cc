@@ -1,9 +1,12 @@
 #include "calib/alternatives.h"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "calib/swapped_axes.h"
+#include "recon/patterns.h"
 #include "tests/calib/made_system_data.h"
 #include "tests/solvers/noisy_observations.h"
 
@@ -77,6 +80,20 @@ TEST(Alternatives, OfTwoBoardsOneHasAnotherPitch) {
   EXPECT_EQ(tests.found[0].kind, AlternativeKind::size);
   EXPECT_THAT(tests.found[0].sentence, HasSubstr("the pitch of board"));
   EXPECT_THAT(tests.found[0].sentence, HasSubstr("tracker_board"));
+}
+
+TEST(Alternatives, EdgesThatAGammaShiftsAreNamedWithTheirSigns) {
+  MadeSystem made = quiet_system(2);
+  for (StripeView& view : made.observations.stripes) {
+    for (double& coordinate_px : view.coordinates_px) {
+      const auto stripe = static_cast<unsigned>(std::round(coordinate_px + 0.5));
+      coordinate_px += gray_from_binary(stripe) > gray_from_binary(stripe - 1) ? 0.2 : -0.2;
+    }
+  }
+  const AlternativeTests tests = tested(std::move(made));
+  ASSERT_EQ(tests.found.size(), 1u);
+  EXPECT_EQ(tests.found[0].kind, AlternativeKind::polarity);
+  EXPECT_THAT(tests.found[0].sentence, HasSubstr("rising edges of stripes are off by +0.2 px"));
 }
 
 TEST(SwappedAxes, AreNamedAndOnlyThen) {

@@ -9,7 +9,7 @@
 #include "calib/seen_boards.h"
 #include "calib/view_information.h"
 #include "tests/calib/made_system_data.h"
-#include "tests/solvers/synthetic.h"
+#include "tests/calib/synthetic_data.h"
 
 namespace crumple {
 namespace {
@@ -25,18 +25,8 @@ CalibrationOptions planned_options() {
 }
 
 CalibrationData data_of_pair(const Synthetic& made) {
-  CalibrationData data;
-  for (const Sensor& sensor : made.truth.rig.sensors) {
-    data.sensors.push_back({sensor.name, sensor.kind, sensor.lens.size(), sensor.lens.model()});
-  }
-  data.boards = {{"board", {9, 7, 40}, {}}};
-  data.board_of = made.truth.board_of;
-  data.observations = made.observations;
+  CalibrationData data = data_of(made);
   data.observations.features.clear();
-  for (std::size_t p = 0; p < data.board_of.size(); ++p) data.placement_names.push_back(std::to_string(p));
-  for (const FeatureView& view : made.observations.features) {
-    data.pairs.push_back({view.camera, view.projector, view.placement, view.camera_pixels, view.projector_pixels});
-  }
   return data;
 }
 

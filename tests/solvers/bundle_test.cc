@@ -6,6 +6,7 @@
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
+#include "solvers/gate.h"
 #include "solvers/weights.h"
 #include "tests/solvers/synthetic.h"
 
