@@ -22,10 +22,12 @@ namespace {
 constexpr std::size_t kPointBlock = 4096;
 constexpr double kLeastTurn = 1e-9;  // of the determinant of unit rows: readings that tell no point
 
+using PixelRows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+
 // A sensor's pixel of a point in the probe frame, by the point and by lens and mount, side by side.
 struct SensorPixel {
   Matrix2x3d d_point;
-  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> d_sensor;
+  PixelRows d_sensor;
 };
 
 bool pixel_of(const Sensor& sensor, const Eigen::Vector3d& in_probe, SensorPixel& result) {
@@ -49,6 +51,13 @@ std::vector<std::string> names_of(const Rig& rig, std::size_t sensor) {
   const std::vector<std::string> mount = parameter_names({BlockId::Kind::mount, sensor}, state);
   names.insert(names.end(), mount.begin(), mount.end());
   return names;
+}
+
+// row * root into `result`, whose further variables become zero.
+template <typename Row>
+void multiply(const Row& row, const RowMajorMatrix& root, Eigen::Ref<Eigen::RowVectorXd> result) {
+  result.head(root.cols()).noalias() = row * root;
+  result.tail(result.size() - root.cols()).setZero();
 }
 
 bool is_scale(const std::string& name) { return name.ends_with(".scale"); }
@@ -82,10 +91,6 @@ Expected<PointUncertainty> PointUncertainty::create(const Rig& rig, const Statio
   PointUncertainty result(rig, poses);
   if (auto done = result.order_variables(rig); !done) return tl::unexpected(done.error());
   for (const MeasuredView& view : poses.views) result.add_view(rig, view);
-  for (std::size_t s = 0; s < poses.stations.size(); ++s) {
-    const auto six = 6 * static_cast<Eigen::Index>(s);
-    result.pose_root_.emplace_back(poses.d_rig.middleRows<6>(six)(Eigen::all, result.rows_) * result.root_);
-  }
   return result;
 }
 
@@ -128,71 +133,84 @@ Eigen::MatrixXd PointUncertainty::root_of(const Rig& rig, const std::vector<std:
 }
 
 void PointUncertainty::add_view(const Rig& rig, const MeasuredView& view) {
-  Eigen::Matrix2d stripes = Eigen::Matrix2d::Zero();
+  ViewRoots& roots = views_.emplace_back();
+  roots.stripes.setZero();
   for (const double angle : view.angles_rad) {
     const Eigen::Vector2d normal(std::cos(angle), std::sin(angle));
-    stripes += normal * normal.transpose();
+    roots.stripes += normal * normal.transpose();
   }
-  const auto known = std::find_if(pairs_.begin(), pairs_.end(), [&](const Pair& pair) {
-    return pair.camera == view.camera && pair.projector == view.projector && pair.stripes == stripes;
-  });
-  pair_of_view_.push_back(static_cast<std::size_t>(known - pairs_.begin()));
-  if (known != pairs_.end()) return;
-  std::vector<std::string> names = names_of(rig, view.camera);
-  const std::vector<std::string> of_projector = names_of(rig, view.projector);
-  names.insert(names.end(), of_projector.begin(), of_projector.end());
-  pairs_.push_back({view.camera, view.projector, stripes, root_of(rig, names)});
+  const Eigen::MatrixXd camera = root_of(rig, names_of(rig, view.camera));
+  const Eigen::MatrixXd projector = root_of(rig, names_of(rig, view.projector));
+  const auto six = 6 * static_cast<Eigen::Index>(view.station);
+  roots.common = {camera, projector, poses_.d_rig.middleRows<6>(six)(Eigen::all, rows_) * root_};
+
+  // [M; 0] = L Q: rows that are needed alone need no more variables than they are.
+  const Eigen::Index of_camera = camera.rows(), of_both = of_camera + projector.rows();
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(of_both + 6, root_.cols());
+  all.topLeftCorner(of_camera, camera.cols()) = camera;
+  all.block(of_camera, 0, projector.rows(), projector.cols()) = projector;
+  all.bottomRows<6>() = roots.common.pose;
+  const Eigen::MatrixXd lower = triangular_factor(all.transpose()).transpose();
+  const Eigen::Index columns = lower.cols();
+  roots.alone = {lower.topLeftCorner(of_camera, std::min(of_camera, columns)),
+                 lower.block(of_camera, 0, projector.rows(), std::min(of_both, columns)), lower.bottomRows<6>()};
 }
 
-bool PointUncertainty::in_probe(const Pair& pair, const Eigen::Vector3d& point, Matrix3Xd& d_pair) const {
+Matrix3x6d PointUncertainty::d_pose(std::size_t view, const Eigen::Vector3d& in_cloud) const {
+  const Pose& pose = poses_.stations[poses_.views[view].station].world_from_probe;
+  Matrix3x6d d_pose;
+  d_pose << -cross_matrix(in_cloud - pose.translation), Eigen::Matrix3d::Identity();
+  return d_pose;
+}
+
+bool PointUncertainty::add(std::size_t view, double weight, const Roots& roots, const Eigen::Vector3d& in_cloud,
+                           PointRows& by_rig) const {
   thread_local SensorPixel camera, projector;
-  if (!pixel_of(sensors_[pair.camera], point, camera) || !pixel_of(sensors_[pair.projector], point, projector)) {
+  thread_local PointRows readings;
+  const MeasuredView& of = poses_.views[view];
+  const Pose& pose = poses_.stations[of.station].world_from_probe;
+  const Eigen::Vector3d point = pose.rotation.conjugate() * (in_cloud - pose.translation);
+  if (!pixel_of(sensors_[of.camera], point, camera) || !pixel_of(sensors_[of.projector], point, projector)) {
     return false;
   }
-  const Pose& cam_from_probe = sensors_[pair.camera].sensor_from_mount;
+  const Pose& cam_from_probe = sensors_[of.camera].sensor_from_mount;
   const Eigen::Vector3d along_ray = point + cam_from_probe.rotation.conjugate() * cam_from_probe.translation;
-  const Eigen::RowVector2d weighed = (pair.stripes * (projector.d_point * along_ray)).normalized();
+  const Eigen::RowVector2d weighed = (views_[view].stripes * (projector.d_point * along_ray)).normalized();
   Eigen::Matrix3d d_point;
   d_point << camera.d_point, weighed * projector.d_point;
   const double turn = d_point.determinant() / (d_point.row(0).norm() * d_point.row(1).norm() * d_point.row(2).norm());
   if (!(std::abs(turn) > kLeastTurn)) return false;
-  const Eigen::Matrix3d inverse = d_point.inverse();
-  const Eigen::Index of_camera = camera.d_sensor.cols(), of_projector = projector.d_sensor.cols();
-  d_pair.resize(3, of_camera + of_projector);
-  d_pair.leftCols(of_camera).noalias() = -inverse.leftCols<2>() * camera.d_sensor;
-  const Eigen::Matrix<double, 3, 2> along = -inverse.col(2) * weighed;
-  d_pair.rightCols(of_projector).noalias() = along * projector.d_sensor;
+
+  // How the readings of a point that stays move, and the point at readings that stay.
+  readings.resize(3, by_rig.cols());
+  multiply(camera.d_sensor.row(0), roots.camera, readings.row(0));
+  multiply(camera.d_sensor.row(1), roots.camera, readings.row(1));
+  multiply(weighed * projector.d_sensor, roots.projector, readings.row(2));
+  const Eigen::Matrix3d by_readings = -weight * (pose.rotation.toRotationMatrix() * d_point.inverse());
+  const Matrix3x6d by_pose = weight * d_pose(view, in_cloud);
+  const RowMajorMatrix& owed = roots.pose;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    by_rig.row(i) += by_readings(i, 0) * readings.row(0) + by_readings(i, 1) * readings.row(1) +
+                     by_readings(i, 2) * readings.row(2) + by_pose(i, 0) * owed.row(0) + by_pose(i, 1) * owed.row(1) +
+                     by_pose(i, 2) * owed.row(2) + weight * owed.row(3 + i);
+  }
   return true;
 }
 
 bool PointUncertainty::sensitivity(const Eigen::Vector3d& in_cloud, std::span<const CloudShare> shares,
                                    PointSensitivity& result) const {
-  thread_local Matrix3Xd d_pair, in_world;
   result.by_rig.setZero(3, variables());
   result.by_station.clear();
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    const std::size_t view = shares[i].view, station = poses_.views[view].station;
-    const Pair& pair = pairs_[pair_of_view_[view]];
-    const Pose& pose = poses_.stations[station].world_from_probe;
-    const double weight = shares[i].weight;
-    const Eigen::Vector3d turned = in_cloud - pose.translation;
-    if (!in_probe(pair, pose.rotation.conjugate() * turned, d_pair)) return false;
-    // What one pair measured from several stations goes through its covariance at once.
-    const bool first = i == 0 || pair_of_view_[view] != pair_of_view_[shares[i - 1].view];
-    const bool last = i + 1 == shares.size() || pair_of_view_[view] != pair_of_view_[shares[i + 1].view];
-    if (first) in_world.setZero(3, d_pair.cols());
-    in_world.noalias() += weight * pose.rotation.toRotationMatrix() * d_pair;
-    if (last) result.by_rig.leftCols(pair.root.cols()).noalias() += in_world * pair.root;
-    Matrix3x6d d_pose;
-    d_pose << -cross_matrix(turned), Eigen::Matrix3d::Identity();
-    d_pose *= weight;
-    result.by_rig.noalias() += d_pose * pose_root_[station];
+  for (const CloudShare& share : shares) {
+    if (!add(share.view, share.weight, views_[share.view].common, in_cloud, result.by_rig)) return false;
+    const std::size_t station = poses_.views[share.view].station;
+    const Matrix3x6d by_pose = share.weight * d_pose(share.view, in_cloud);
     const auto same = std::find_if(result.by_station.begin(), result.by_station.end(),
                                    [&](const StationSensitivity& s) { return s.station == station; });
     if (same != result.by_station.end()) {
-      same->d_pose += d_pose;
+      same->d_pose += by_pose;
     } else {
-      result.by_station.push_back({station, d_pose});
+      result.by_station.push_back({station, by_pose});
     }
   }
   return true;
@@ -200,15 +218,31 @@ bool PointUncertainty::sensitivity(const Eigen::Vector3d& in_cloud, std::span<co
 
 PointParts PointUncertainty::parts(const PointSensitivity& sensitivity) const {
   PointParts parts;
-  parts.calibration.noalias() = sensitivity.by_rig.lazyProduct(sensitivity.by_rig.transpose());
+  parts.calibration = sensitivity.by_rig.lazyProduct(sensitivity.by_rig.transpose());
   for (const StationSensitivity& a : sensitivity.by_station) {
     for (const StationSensitivity& b : sensitivity.by_station) {
-      const auto covariance = poses_.covariance.block<6, 6>(6 * static_cast<Eigen::Index>(a.station),
-                                                            6 * static_cast<Eigen::Index>(b.station));
-      parts.station.noalias() += a.d_pose * covariance * b.d_pose.transpose();
+      const Matrix6d covariance = poses_.covariance.block<6, 6>(6 * static_cast<Eigen::Index>(a.station),
+                                                                6 * static_cast<Eigen::Index>(b.station));
+      parts.station += a.d_pose * covariance * b.d_pose.transpose();
     }
   }
   return parts;
+}
+
+bool PointUncertainty::parts_of(const Eigen::Vector3d& in_cloud, std::span<const CloudShare> shares,
+                                PointParts& result) const {
+  thread_local PointSensitivity sensitivity_here;
+  if (shares.size() > 1) {
+    if (!sensitivity(in_cloud, shares, sensitivity_here)) return false;
+  } else {
+    const std::size_t view = shares[0].view;
+    const Roots& roots = views_[view].alone;
+    sensitivity_here.by_rig.setZero(3, roots.pose.cols());
+    if (!add(view, shares[0].weight, roots, in_cloud, sensitivity_here.by_rig)) return false;
+    sensitivity_here.by_station.assign(1, {poses_.views[view].station, shares[0].weight * d_pose(view, in_cloud)});
+  }
+  result = parts(sensitivity_here);
+  return true;
 }
 
 Expected<std::vector<PointParts>> PointUncertainty::parts(const Cloud& cloud, int threads) const {
@@ -222,13 +256,10 @@ Expected<std::vector<PointParts>> PointUncertainty::parts(const Cloud& cloud, in
   std::vector<PointParts> result(cloud.points.size());
   std::vector<std::size_t> refused((cloud.points.size() + kPointBlock - 1) / kPointBlock, cloud.points.size());
   parallel_for(refused.size(), threads, [&](std::size_t block) {
-    PointSensitivity sensitivity_here;
     CloudShare own;
     const std::size_t end = std::min(cloud.points.size(), (block + 1) * kPointBlock);
     for (std::size_t i = block * kPointBlock; i < end; ++i) {
-      if (sensitivity(cloud.points[i].position_mm, shares.of(i, own), sensitivity_here)) {
-        result[i] = parts(sensitivity_here);
-      } else {
+      if (!parts_of(cloud.points[i].position_mm, shares.of(i, own), result[i])) {
         refused[block] = std::min(refused[block], i);
       }
     }

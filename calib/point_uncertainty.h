@@ -29,9 +29,13 @@
 
 #include "calib/station_poses.h"
 #include "recon/cloud.h"
+#include "solvers/residuals.h"
 #include "solvers/stripe_point.h"
 
 namespace crumple {
+
+// Row by row, as sums over parameters want it.
+using PointRows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct StationSensitivity {
   std::size_t station = 0;
@@ -40,7 +44,7 @@ struct StationSensitivity {
 
 // How a point in the cloud's frame moves, mm.
 struct PointSensitivity {
-  Matrix3Xd by_rig;                            // by the variables; their squares' sums are variances
+  PointRows by_rig;                            // by the variables; their squares' sums are variances
   std::vector<StationSensitivity> by_station;  // by the tangents of poses
 };
 
@@ -71,27 +75,33 @@ class PointUncertainty {
   Expected<std::vector<PointParts>> parts(const Cloud& cloud, int threads) const;
 
  private:
-  // A camera and a projector that measure together.
-  struct Pair {
-    std::size_t camera = 0;
-    std::size_t projector = 0;
+  // A view's parameters by independent variables, as rows: each without the variables that it does not need.
+  struct Roots {
+    RowMajorMatrix camera;  // lens and mount
+    RowMajorMatrix projector;
+    RowMajorMatrix pose;  // what the station's pose owes to the rig
+  };
+  struct ViewRoots {
     Eigen::Matrix2d stripes;  // sum of n n'
-    Eigen::MatrixXd root;     // camera's lens and mount, projector's lens and mount: by the variables that they need
+    Roots common;             // by the variables of all
+    Roots alone;              // by fewer, which are this view's only: the same covariance
   };
   PointUncertainty(const Rig& rig, const StationPoses& poses) : sensors_(rig.sensors), poses_(poses) {}
   Expected<void> order_variables(const Rig& rig);
   void add_view(const Rig& rig, const MeasuredView& view);
   Eigen::MatrixXd root_of(const Rig& rig, const std::vector<std::string>& names) const;
-  bool in_probe(const Pair& pair, const Eigen::Vector3d& point, Matrix3Xd& d_pair) const;
+  // Adds what a view measures, times its weight, to by_rig.
+  bool add(std::size_t view, double weight, const Roots& roots, const Eigen::Vector3d& in_cloud,
+           PointRows& by_rig) const;
+  Matrix3x6d d_pose(std::size_t view, const Eigen::Vector3d& in_cloud) const;
+  bool parts_of(const Eigen::Vector3d& in_cloud, std::span<const CloudShare> shares, PointParts& result) const;
 
   std::vector<Sensor> sensors_;
   StationPoses poses_;
   std::vector<int> rows_;  // of the rig's covariance: what matters, scales first, then the probe's sensors
   Eigen::Index scale_variables_ = 0;
-  Eigen::MatrixXd root_;                    // of the covariance of these
-  std::vector<Eigen::MatrixXd> pose_root_;  // per station: G root
-  std::vector<Pair> pairs_;
-  std::vector<std::size_t> pair_of_view_;
+  Eigen::MatrixXd root_;  // of the covariance of these
+  std::vector<ViewRoots> views_;
 };
 
 }  // namespace crumple

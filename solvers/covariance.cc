@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "solvers/decompositions.h"
@@ -43,15 +44,16 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
     const Matrix6d& information = equations.eliminated()[p].information;
     const Eigen::Vector<double, 6> scale = information.diagonal().cwiseSqrt().cwiseInverse();
     const Matrix6d equilibrated = scale.asDiagonal() * information * scale.asDiagonal();
-    const SymmetricEigen eigen = symmetric_eigen(equilibrated);
-    if (!scale.allFinite() || eigen.values[0] < kSingular) {
+    const Eigen::LLT<Matrix6d> llt(equilibrated);
+    const Matrix6d equilibrated_inverse = llt.solve(Matrix6d::Identity());
+    // One over the trace is the least eigenvalue within a factor of six.
+    const double least = 1 / equilibrated_inverse.trace();
+    if (!scale.allFinite() || llt.info() != Eigen::Success || !(least > kSingular)) {
       const BlockId& pose = parameters.eliminated()[p];
       return fail(fmt::format("the pose of {} {} is not determined by its observations",
                               pose.kind == BlockId::Kind::station ? "station" : "board placement", pose.index));
     }
-    const Eigen::MatrixXd weighted = eigen.vectors * eigen.values.cwiseInverse().asDiagonal();
-    const Matrix6d spectral = weighted.lazyProduct(eigen.vectors.transpose());
-    const Matrix6d inverse = scale.asDiagonal() * spectral * scale.asDiagonal();
+    const Matrix6d inverse = scale.asDiagonal() * equilibrated_inverse * scale.asDiagonal();
     const auto& coupling = equations.eliminated()[p].coupling;
     result.pose_inverse_.push_back(inverse);
     result.gain_.push_back(coupling * inverse);
@@ -68,19 +70,23 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   }
   const Eigen::VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd equilibrated = scale.asDiagonal() * schur * scale.asDiagonal();
-  const SymmetricEigen eigen = symmetric_eigen(equilibrated);
-  result.weakest_direction_ = in_words(eigen.vectors.col(0), names);
-  if (!(eigen.values[0] > kSingular)) {
-    if (square_root && result.take(square_root())) return result;
-    return fail(
-        fmt::format("the observations do not determine the parameters: {} can move together without changing "
-                    "any residual; add views that tell them apart or choose a lens model with fewer terms",
-                    result.weakest_direction_));
+  const auto inverse_root = inverse_cholesky_factor(equilibrated);
+  if (inverse_root) {
+    result.common_.noalias() = inverse_root->transpose() * *inverse_root;
+    const DominantEigen weakest = dominant_eigen(result.common_);
+    if (1 / weakest.value > kSingular) {
+      result.weakest_direction_ = in_words(weakest.vector, names);
+      result.condition_ = dominant_eigen(equilibrated).value * weakest.value;
+      result.common_ = scale.asDiagonal() * result.common_ * scale.asDiagonal();
+      return result;
+    }
   }
-  result.condition_ = eigen.values.tail<1>()[0] / eigen.values[0];
-  const Eigen::MatrixXd inverse = inverse_positive(equilibrated);
-  result.common_ = scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
-  return result;
+  if (square_root && result.take(square_root())) return result;
+  result.weakest_direction_ = in_words(symmetric_eigen(equilibrated).vectors.col(0), names);
+  return fail(
+      fmt::format("the observations do not determine the parameters: {} can move together without changing "
+                  "any residual; add views that tell them apart or choose a lens model with fewer terms",
+                  result.weakest_direction_));
 }
 
 int JointCovariance::rig_rows() const {
@@ -99,13 +105,16 @@ void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
 bool JointCovariance::take(const Eigen::MatrixXd& square_root) {
   const Eigen::VectorXd scale = square_root.colwise().norm().transpose().cwiseInverse();
   const Eigen::MatrixXd equilibrated = square_root * scale.asDiagonal();
-  const RightSingular parts = right_singular(equilibrated);
-  const double largest = parts.values[0], smallest = parts.values.tail<1>()[0];
-  weakest_direction_ = in_words(parts.vectors.rightCols<1>(), names_);
-  if (!(smallest > kSingularRoot * largest)) return false;
-  condition_ = (largest / smallest) * (largest / smallest);
-  const Eigen::MatrixXd inverse = scale.asDiagonal() * inverse_upper(equilibrated);
+  // The least singular value is not above the least of the diagonal, the largest not below a column's norm.
+  if (!(equilibrated.diagonal().cwiseAbs().minCoeff() > kSingularRoot)) return false;
+  const Eigen::MatrixXd inverse = inverse_upper(equilibrated);
   common_.noalias() = inverse * inverse.transpose();
+  const DominantEigen weakest = dominant_eigen(common_);
+  const double largest = dominant_eigen(equilibrated.transpose() * equilibrated).value;
+  condition_ = largest * weakest.value;
+  if (!(condition_ < 1 / (kSingularRoot * kSingularRoot))) return false;
+  weakest_direction_ = in_words(weakest.vector, names_);
+  common_ = scale.asDiagonal() * common_ * scale.asDiagonal();
   return true;
 }
 

@@ -15,6 +15,22 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix) {
   return {eigen.eigenvalues(), eigen.eigenvectors()};
 }
 
+DominantEigen dominant_eigen(const Eigen::MatrixXd& matrix) {
+  constexpr int kMostProducts = 300;
+  constexpr double kStands = 1e-6;
+  Eigen::Index widest = 0;
+  matrix.diagonal().maxCoeff(&widest);
+  DominantEigen dominant{0, matrix.col(widest).normalized()};
+  for (int i = 0; i < kMostProducts; ++i) {
+    const Eigen::VectorXd product = matrix * dominant.vector;
+    const double before = dominant.value;
+    dominant.value = dominant.vector.dot(product);
+    dominant.vector = product.normalized();
+    if (dominant.value - before <= kStands * dominant.value) break;
+  }
+  return dominant;
+}
+
 SymmetricEigen2 symmetric_eigen2(const Eigen::Matrix2d& matrix) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(matrix);
   return {eigen.eigenvalues(), eigen.eigenvectors()};

@@ -16,6 +16,14 @@ struct SymmetricEigen {
 // Reads the lower triangle only.
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
 
+struct DominantEigen {
+  double value = 0;
+  Eigen::VectorXd vector;  // of unit length; where others nearly are the largest too, one of their space
+};
+
+// The largest eigenvalue of a symmetric positive semidefinite matrix, by power iteration until it stands to a millionth.
+DominantEigen dominant_eigen(const Eigen::MatrixXd& matrix);
+
 struct SymmetricEigen3 {
   Eigen::Vector3d values;
   Eigen::Matrix3d vectors;

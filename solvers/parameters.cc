@@ -13,12 +13,17 @@ BlockId owner_of(const BlockId& block, const CalibrationState& state) {
   return {block.kind, state.rig.sensors[block.index].lens_of.value_or(block.index)};
 }
 
-// Whether a view holds both a placement and a station that are estimated.
-bool meet(const std::vector<std::unique_ptr<View>>& views, const std::set<BlockId>& estimated) {
-  return std::any_of(views.begin(), views.end(), [&](const auto& view) {
-    return std::count_if(view->blocks().begin(), view->blocks().end(),
-                         [&](const BlockId& block) { return block.is_pose() && estimated.contains(block); }) > 1;
-  });
+// Those of some poses that share a view with another of them.
+std::set<BlockId> meeting(const std::vector<std::unique_ptr<View>>& views, const std::set<BlockId>& poses) {
+  std::set<BlockId> met;
+  for (const auto& view : views) {
+    std::vector<BlockId> here;
+    for (const BlockId& block : view->blocks()) {
+      if (poses.contains(block)) here.push_back(block);
+    }
+    if (here.size() > 1) met.insert(here.begin(), here.end());
+  }
+  return met;
 }
 
 // Stations that meet other stations in a view.
@@ -63,24 +68,28 @@ Parameters::Parameters(const CalibrationState& state, const std::vector<std::uni
     add_common({BlockId::Kind::warp, b});
     add_common({BlockId::Kind::scale, b});
   }
-  std::vector<BlockId> placements, stations;
   const std::set<BlockId> tied = tied_stations(views, touched);
   std::set<BlockId> untied;
   for (const BlockId& block : touched) {
-    if (block.kind == BlockId::Kind::placement) placements.push_back(block);
-    if (tied.contains(block))
+    if (!block.is_pose()) continue;
+    if (tied.contains(block)) {
       add_common(block);
-    else
+    } else {
       untied.insert(block);
-    if (block.kind == BlockId::Kind::station && !tied.contains(block)) stations.push_back(block);
+    }
   }
-  if (meet(views, untied)) {
-    auto& fewer = placements.size() < stations.size() ? placements : stations;
-    for (const BlockId& block : fewer) add_common(block);
-    fewer.clear();
+  const std::set<BlockId> met = meeting(views, untied);
+  const auto placements = std::count_if(met.begin(), met.end(),
+                                        [](const BlockId& block) { return block.kind == BlockId::Kind::placement; });
+  const bool fewer_placements = 2 * placements < static_cast<std::ptrdiff_t>(met.size());
+  const auto fewer = fewer_placements ? BlockId::Kind::placement : BlockId::Kind::station;
+  for (const BlockId& block : untied) {
+    if (block.kind == fewer && met.contains(block)) {
+      add_common(block);
+    } else {
+      eliminated_.push_back(block);
+    }
   }
-  eliminated_ = std::move(placements);
-  eliminated_.insert(eliminated_.end(), stations.begin(), stations.end());
   for (std::size_t i = 0; i < eliminated_.size(); ++i) {
     offsets_[eliminated_[i]] = common_size_ + 6 * static_cast<int>(i);
   }
