@@ -3,18 +3,24 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
+
+#include "solvers/decompositions.h"
 
 namespace crumple {
 namespace {
 
-constexpr double kRational = 1;
+constexpr double kRational = 0.3;
 constexpr double kPrism = 0.1;
 constexpr double kAxis_rad = 0.1;
 constexpr double kAlongRadius = 0.5;
 constexpr double kAcrossRadius = 0.05;
-constexpr double kConvention = 1e-4;  // of the focal length
+constexpr double kConvention = 1e-4;  // of the focal length; radians
+constexpr double kNoKnowledge = 10;   // of a control point: far more than any lens
+constexpr int kInnermost = 4;
+constexpr double kSame = 1e-9;  // squares of distances to the axis: ties go by the order of the points
 
 // Slope of the corner of the image that is farthest from the principal point.
 double farthest_slope(const Lens& lens) {
@@ -113,6 +119,29 @@ Prior on_core(const CalibrationState& start, std::size_t sensor) {
                  sigma_px * sigma_px * Eigen::Matrix4d::Identity());
 }
 
+// What the innermost control points have in common as a rotation of the sensor would move them, and nothing else.
+Prior on_axis(const CalibrationState& start, std::size_t sensor) {
+  const Lens& lens = start.rig.sensors[sensor].lens;
+  std::vector<int> points((static_cast<std::size_t>(lens.parameter_count()) - 4) / 2);
+  std::iota(points.begin(), points.end(), 0);
+  const auto distance = [&](int point) { return std::lround(knot(lens, point).squaredNorm() / kSame); };
+  std::stable_sort(points.begin(), points.end(), [&](int a, int b) { return distance(a) < distance(b); });
+  std::vector<int> rows;
+  Eigen::MatrixXd turned(2 * kInnermost, 3);
+  for (int i = 0; i < kInnermost; ++i) {
+    const int point = points[static_cast<std::size_t>(i)];
+    rows.insert(rows.end(), {4 + 2 * point, 5 + 2 * point});
+    const Eigen::Vector2d u = knot(lens, point);
+    turned.row(2 * i) << 1, 0, -u.y();
+    turned.row(2 * i + 1) << 0, 1, u.x();
+  }
+  const Eigen::MatrixXd q = orthogonal_triangular(turned).q.leftCols<3>();
+  const Eigen::MatrixXd common = q * q.transpose();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(2 * kInnermost, 2 * kInnermost);
+  return on_lens(".axis", start, sensor, rows, lens.parameters(),
+                 kNoKnowledge * kNoKnowledge * (identity - common) + kConvention * kConvention * common);
+}
+
 }  // namespace
 
 std::vector<Prior> lens_priors(const CalibrationState& start) {
@@ -123,6 +152,7 @@ std::vector<Prior> lens_priors(const CalibrationState& start) {
     if (lens.model() == "LENSMODEL_CAHVOR") priors.push_back(on_scale(start, s));
     if (lens.splined()) {
       priors.push_back(on_core(start, s));
+      priors.push_back(on_axis(start, s));
       priors.push_back(on_control_points(start, s));
     } else if (auto prior = on_parametric(start, s)) {
       priors.push_back(*std::move(prior));

@@ -136,9 +136,16 @@ std::map<Mount, Vector6d> motions_of_bodies(const CoverageCampaign& campaign, co
   return motions;
 }
 
+Expected<BundleResult> estimated(const CoverageCampaign& campaign) {
+  if (!campaign.measured) return refine(campaign.start, campaign.observations, campaign.options);
+  auto calibration = calibrate(*campaign.measured, {});
+  if (!calibration) return tl::unexpected(calibration.error());
+  return std::move(calibration->bundle);
+}
+
 Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const FreshStations* fresh,
                std::mt19937_64& random) {
-  const auto found = refine(campaign.start, campaign.observations, campaign.options);
+  const auto found = estimated(campaign);
   if (!found) return {{}, {}, found.error().message};
   Score score;
   const std::map<Mount, Vector6d> body_motions = motions_of_bodies(campaign, *found);
@@ -257,8 +264,12 @@ CoverageResult measure_coverage(const CoverageConfiguration& configuration, std:
     parallel_for(scores.size(), threads, [&](std::size_t i) {
       std::seed_seq seeds{seed, static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(i)};
       std::mt19937_64 random(seeds);
-      const CoverageCampaign campaign = configuration.draw(random);
-      scores[i] = score_of(campaign, configuration.judge_parameters, configuration.fresh.get(), random);
+      const auto campaign = configuration.draw(random);
+      if (!campaign) {
+        scores[i].failure = campaign.error().message;
+        return;
+      }
+      scores[i] = score_of(*campaign, configuration.judge_parameters, configuration.fresh.get(), random);
     });
     for (const Score& score : scores) {
       if (!score.failure.empty()) {

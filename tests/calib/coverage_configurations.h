@@ -4,10 +4,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "calib/calibration_data.h"
 #include "solvers/bundle.h"
 #include "tests/calib/fresh_stations.h"
 
@@ -19,11 +21,13 @@ struct CoverageCampaign {
   CalibrationState start;
   Observations observations;
   BundleOptions options;
+  // What was measured, in place of a start and observations: calibrated from nothing.
+  std::optional<CalibrationData> measured = {};
 };
 
 struct CoverageConfiguration {
   std::string name;
-  std::function<CoverageCampaign(std::mt19937_64&)> draw;
+  std::function<Expected<CoverageCampaign>(std::mt19937_64&)> draw;
   // Where weak priors hold terms, parameters mean nothing by themselves: only what they project is judged.
   bool judge_parameters = true;
   // Measured with each campaign's rig; may be none.
