@@ -10,6 +10,7 @@
 #include "calib/residual_histogram.h"
 #include "calib/sensor_uncertainty.h"
 #include "calib/uncertainty_budget.h"
+#include "calib/volume_uncertainty.h"
 
 namespace crumple {
 
@@ -20,9 +21,10 @@ struct CalibrationFigures {
   std::vector<std::optional<SensorUncertainty>> uncertainties;  // likewise
   std::vector<ResidualHistogram> histograms;                    // one per group of observations
   CorrelatedTerms correlated;
+  std::optional<VolumePoints> volume;  // none where no point of it is measured
 };
 
-// `observations` are those that the calibration was made from.
-CalibrationFigures calibration_figures(const Observations& observations, const Calibration& calibration, int threads);
+// `data` is what the calibration was made from.
+CalibrationFigures calibration_figures(const CalibrationData& data, const Calibration& calibration, int threads);
 
 }  // namespace crumple

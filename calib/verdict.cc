@@ -13,6 +13,7 @@
 #include "calib/alternatives.h"
 #include "calib/moved_sensor.h"
 #include "calib/rig_prior.h"
+#include "calib/unseen_parts.h"
 #include "solvers/chi_square.h"
 #include "solvers/decompositions.h"
 
@@ -31,6 +32,9 @@ constexpr double kBadViewShare = 0.25;  // of all views, from which on the calib
 constexpr double kIllConditioned = 1e9;
 constexpr double kContradiction = 1e-4;  // probability
 constexpr double kNoisier = 3;
+constexpr double kUnknownThere_px = 1;  // projection uncertainty of a part of the image that was never looked at
+constexpr double kWorseThere = 3;       // than where it was
+constexpr double kPattern = 2;          // means of residuals over the image's cells, over what noise makes
 
 const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view) {
   return *std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& group) {
@@ -203,6 +207,13 @@ void judge_earlier(const Calibration& calibration, std::vector<std::string>& rea
   }
 }
 
+// "the left", "the left and the bottom", "the left, the middle and the bottom".
+std::string listed(const std::vector<std::string>& parts) {
+  std::string text = "the " + parts.front();
+  for (std::size_t i = 1; i < parts.size(); ++i) text += (i + 1 == parts.size() ? " and the " : ", the ") + parts[i];
+  return text;
+}
+
 // Boards whose bending was allowed for, where it is beyond three sigma.
 void note_bent_boards(const BundleResult& bundle, std::vector<std::string>& notes) {
   for (std::size_t b = 0; b < bundle.state.boards.size(); ++b) {
@@ -213,6 +224,33 @@ void note_bent_boards(const BundleResult& bundle, std::vector<std::string>& note
     const auto [low, high] = std::minmax({0.0, warp_mm.x(), warp_mm.y(), warp_mm.sum()});
     notes.push_back(
         fmt::format("board '{}' is bent by {:.2g} mm, which was allowed for", bundle.state.boards[b].name, high - low));
+  }
+}
+
+void judge_images(const Observations& observations, const Calibration& calibration, Verdict& verdict) {
+  const BundleResult& bundle = calibration.bundle;
+  const auto& sensors = bundle.state.rig.sensors;
+  const auto residuals = placed_residuals(observations, bundle);
+  std::vector<ImageCells> cells;
+  for (std::size_t s = 0; s < sensors.size(); ++s) cells.push_back(image_cells(residuals[s], sensors[s].lens.size()));
+  for (const UnseenParts& unseen : unseen_parts(bundle.state.rig, cells, sensor_uncertainties(calibration, cells))) {
+    const bool in_world = sensors[unseen.sensor].mount == Mount::world;
+    // Trackers look at where the probe works, and at much else.
+    const bool unknown = unseen.sigma_px > kUnknownThere_px && !in_world;
+    if (!unknown && unseen.sigma_px < kWorseThere * unseen.seen_sigma_px) continue;
+    (unknown ? verdict.reasons : verdict.notes)
+        .push_back(fmt::format("no view covers {} of {}: what is seen there is known to {:.2g} px, elsewhere to {:.2g} "
+                               "px; {}",
+                               listed(unseen.parts), sensors[unseen.sensor].name, unseen.sigma_px, unseen.seen_sigma_px,
+                               sensors[unseen.sensor].mount == Mount::world ? "take the board or the probe there"
+                                                                            : "put or tilt the board there"));
+  }
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    if (!(cells[s].rms_mean_px > kPattern * cells[s].expected_px)) continue;
+    verdict.notes.push_back(
+        fmt::format("the residuals of {} form a pattern over its image: means over its cells are {:.2g} px where noise "
+                    "makes {:.2g} px; see whether a richer lens model (--lens=auto) takes it",
+                    sensors[s].name, cells[s].rms_mean_px, cells[s].expected_px));
   }
 }
 
@@ -272,6 +310,7 @@ Verdict judge(const CalibrationData& data, const Calibration& calibration, int t
     }
   }
   verdict.reasons.insert(verdict.reasons.begin(), faults.begin(), faults.end());
+  judge_images(data.observations, calibration, verdict);
   verdict.ok = verdict.reasons.empty();
   return verdict;
 }

@@ -10,11 +10,14 @@
 // where what it found contradicts that rig (once in 10,000 times by chance), or scatters three times as much.
 //
 // With the data at hand also where an alternative to the model explains the residuals better (calib/alternatives.h), or
-// a tracker was moved by more than such a test reaches (calib/moved_sensor.h).
+// a tracker was moved by more than such a test reaches (calib/moved_sensor.h), or no observation lies in a ninth of a
+// sensor's image and what is seen there is not known to a pixel (calib/unseen_parts.h; noted where it is known three
+// times worse than elsewhere).
 //
 // Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
 // observations' reach does not depend on them, but their values mean nothing. And boards whose size nothing could
-// contradict: a wrong pitch would not show.
+// contradict: a wrong pitch would not show. And residuals whose means over cells of an image are twice what noise
+// makes.
 //
 // rejected where numbers are to be used by nobody: a lens whose focal length is not known to 10 %, views beyond the
 // noise where a quarter or more of all views are such.

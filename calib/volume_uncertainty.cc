@@ -5,7 +5,9 @@
 #include <set>
 
 #include "calib/seen_boards.h"
+#include "solvers/body_motion.h"
 #include "solvers/decompositions.h"
+#include "solvers/rig_covariance.h"
 
 namespace crumple {
 namespace {
@@ -24,18 +26,25 @@ std::optional<std::size_t> reference_camera(const CalibrationData& data, const R
   return std::nullopt;
 }
 
-// In the frame of the reference camera's mount.
-std::vector<Eigen::Vector3d> volume_grid(const CalibrationData& data, const CalibrationState& state,
-                                         std::size_t camera) {
+struct GridPoint {
+  int column = 0;
+  int row = 0;
+  double depth_mm = 0;
+  Eigen::Vector3d in_mount;  // of the reference camera
+};
+
+std::vector<GridPoint> volume_grid(const CalibrationData& data, const CalibrationState& state, std::size_t camera) {
   const Sensor& sensor = state.rig.sensors[camera];
   std::vector<double> depths_mm = board_depths_mm(data, state, camera);
-  std::vector<Eigen::Vector3d> grid;
+  std::vector<GridPoint> grid;
   for (const double depth_mm : {depths_mm.front(), depths_mm.back()}) {
     for (int i = 0; i < 9; ++i) {
-      const Eigen::Vector2d pixel((i % 3 * 2 + 1) * sensor.lens.size().width_px / 6.0,
-                                  (i / 3 * 2 + 1) * sensor.lens.size().height_px / 6.0);
+      const int column = i % 3, row = i / 3;
+      const Eigen::Vector2d pixel((column * 2 + 1) * sensor.lens.size().width_px / 6.0,
+                                  (row * 2 + 1) * sensor.lens.size().height_px / 6.0);
       const auto ray = sensor.lens.ray(pixel);
-      if (ray && ray->z() > 0) grid.emplace_back(sensor.sensor_from_mount.inverse() * (depth_mm / ray->z() * *ray));
+      if (!ray || !(ray->z() > 0)) continue;
+      grid.push_back({column, row, depth_mm, sensor.sensor_from_mount.inverse() * (depth_mm / ray->z() * *ray)});
     }
   }
   return grid;
@@ -97,18 +106,18 @@ std::optional<Eigen::MatrixXd> d_point(const Seen& seen, std::optional<std::size
 }
 
 // d pixel / d blocks of all points, the camera posed by them.
-Eigen::MatrixXd d_posed_pixels(const CalibrationState& state, std::size_t camera,
-                               const std::vector<Eigen::Vector3d>& grid, const std::vector<BlockId>& blocks) {
+Eigen::MatrixXd d_posed_pixels(const CalibrationState& state, std::size_t camera, const std::vector<GridPoint>& grid,
+                               const std::vector<BlockId>& blocks) {
   Observations observations;
   observations.leds.push_back({camera, {}, {}});
   CalibrationState with_points = state;
   const Sensor& sensor = state.rig.sensors[camera];
-  for (const Eigen::Vector3d& point : grid) {
-    const auto pixel = sensor.lens.project(sensor.sensor_from_mount * point);
+  for (const GridPoint& point : grid) {
+    const auto pixel = sensor.lens.project(sensor.sensor_from_mount * point.in_mount);
     if (!pixel) continue;
     observations.leds[0].leds.push_back(with_points.rig.leds.size());
     observations.leds[0].pixels.push_back(*pixel);
-    with_points.rig.leds.push_back({"", point, Mount::world});
+    with_points.rig.leds.push_back({"", point.in_mount, Mount::world});
   }
   const auto views = make_views(observations, state.board_of);
   ViewEvaluation evaluation;
@@ -128,6 +137,49 @@ Eigen::MatrixXd d_posed_pixels(const CalibrationState& state, std::size_t camera
   return all;
 }
 
+bool estimated(const BlockId& block, const Calibration& calibration) {
+  const BundleResult& bundle = calibration.bundle;
+  return bundle.covariance.of({block}, bundle.state).diagonal().minCoeff() > 0;
+}
+
+// Estimated ones, shared lenses once.
+std::vector<BlockId> rig_blocks(const CalibrationData& data, const Calibration& calibration) {
+  const CalibrationState& state = calibration.bundle.state;
+  std::vector<BlockId> blocks = Parameters(state, make_views(data.observations, state.board_of), {}).common_blocks();
+  std::erase_if(blocks, [&](const BlockId& block) { return block.is_pose() || !estimated(block, calibration); });
+  return blocks;
+}
+
+struct TriangulatedPoint {
+  GridPoint of;
+  std::optional<std::size_t> station;
+  Eigen::Vector3d position_mm;   // in the world, or in the mount's frame
+  Eigen::MatrixXd d_parameters;  // 3 rows
+};
+
+// The grid's points that two sensors or more see, from each of the volume's stations.
+std::vector<TriangulatedPoint> triangulated_points(const CalibrationData& data, const Calibration& calibration,
+                                                   std::size_t camera, const std::vector<GridPoint>& grid,
+                                                   const std::vector<BlockId>& blocks) {
+  const CalibrationState& state = calibration.bundle.state;
+  const Mount mount = state.rig.sensors[camera].mount;
+  std::vector<std::optional<std::size_t>> stations{std::nullopt};
+  const auto with_leds = volume_stations(data, state.rig);
+  if (mount == Mount::probe && !with_leds.empty()) stations.assign(with_leds.begin(), with_leds.end());
+  const WeightOf weights = weights_of(calibration);
+  std::vector<TriangulatedPoint> points;
+  for (const auto& station : stations) {
+    for (const GridPoint& of : grid) {
+      const Seen seen = seen_point(data, state, mount, of.in_mount, station);
+      if (seen.sensors < 2) continue;
+      auto derivative = d_point(seen, station, weights, blocks);
+      if (!derivative) continue;
+      points.push_back({of, station, seen.state.rig.leds.back().position_mm, std::move(*derivative)});
+    }
+  }
+  return points;
+}
+
 }  // namespace
 
 double MeasuringVolume::mean_uncertainty(const Eigen::VectorXd& variances) const {
@@ -142,24 +194,41 @@ Expected<MeasuringVolume> measuring_volume(const CalibrationData& data, const Ca
   const CalibrationState& state = calibration.bundle.state;
   const auto camera = reference_camera(data, state.rig);
   if (!camera) return fail("no camera sees a board, so there is no volume to plan for");
-  const Mount mount = state.rig.sensors[*camera].mount;
-  std::vector<std::optional<std::size_t>> stations{std::nullopt};
-  const auto with_leds = volume_stations(data, state.rig);
-  if (mount == Mount::probe && !with_leds.empty()) stations.assign(with_leds.begin(), with_leds.end());
-  const std::vector<Eigen::Vector3d> grid = volume_grid(data, state, *camera);
-  const WeightOf weights = weights_of(calibration);
-  std::vector<Eigen::MatrixXd> rows;
-  for (const auto& station : stations) {
-    for (const Eigen::Vector3d& point : grid) {
-      const Seen seen = seen_point(data, state, mount, point, station);
-      if (seen.sensors < 2) continue;
-      if (auto derivative = d_point(seen, station, weights, blocks)) rows.push_back(std::move(*derivative));
-    }
+  const std::vector<GridPoint> grid = volume_grid(data, state, *camera);
+  const auto points = triangulated_points(data, calibration, *camera, grid, blocks);
+  if (points.empty()) return MeasuringVolume{false, d_posed_pixels(state, *camera, grid, blocks), 2};
+  const auto rows = 3 * static_cast<Eigen::Index>(points.size());
+  MeasuringVolume volume{true, Eigen::MatrixXd(rows, points[0].d_parameters.cols()), 3};
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    volume.d_parameters.middleRows<3>(3 * static_cast<Eigen::Index>(p)) = points[p].d_parameters;
   }
-  if (rows.empty()) return MeasuringVolume{false, d_posed_pixels(state, *camera, grid, blocks), 2};
-  MeasuringVolume volume{true, Eigen::MatrixXd(3 * static_cast<Eigen::Index>(rows.size()), rows[0].cols()), 3};
-  for (std::size_t p = 0; p < rows.size(); ++p) {
-    volume.d_parameters.middleRows<3>(3 * static_cast<Eigen::Index>(p)) = rows[p];
+  return volume;
+}
+
+Expected<VolumePoints> volume_points(const CalibrationData& data, const Calibration& calibration) {
+  const CalibrationState& state = calibration.bundle.state;
+  const auto camera = reference_camera(data, state.rig);
+  if (!camera) return fail("no camera sees a board, so there is no measuring volume");
+  const std::vector<BlockId> blocks = rig_blocks(data, calibration);
+  const auto points = triangulated_points(data, calibration, *camera, volume_grid(data, state, *camera), blocks);
+  if (points.empty()) return fail("no two sensors see points of the measuring volume");
+  const Mount frame = points[0].station ? Mount::world : state.rig.sensors[*camera].mount;
+  std::vector<std::string> names;
+  for (const BlockId& block : blocks) {
+    const std::vector<std::string> of_block = parameter_names(block, state);
+    names.insert(names.end(), of_block.begin(), of_block.end());
+  }
+  const RigCovariance known = rig_covariance(calibration.bundle);
+  const std::vector<std::string> datum = datum_names(frame);
+  if (!find_row(known, datum.front())) return fail("no body is seen whose motion the points could be held against");
+  names.insert(names.end(), datum.begin(), datum.end());
+  const Eigen::MatrixXd covariance = covariance_of(known, names);
+  VolumePoints volume{*camera, frame, {}};
+  for (const TriangulatedPoint& point : points) {
+    Eigen::MatrixXd against_bodies(3, covariance.cols());
+    against_bodies << point.d_parameters, cross_matrix(point.position_mm), -Eigen::Matrix3d::Identity();
+    volume.points.push_back({point.of.column, point.of.row, point.of.depth_mm, point.station,
+                             against_bodies * covariance * against_bodies.transpose()});
   }
   return volume;
 }
@@ -179,17 +248,13 @@ WeightOf weights_of(const Calibration& calibration) {
 }
 
 std::vector<BlockId> estimated_blocks(const CalibrationData& data, const Calibration& calibration) {
-  const CalibrationState& state = calibration.bundle.state;
-  const JointCovariance& covariance = calibration.bundle.covariance;
-  std::vector<BlockId> blocks = Parameters(state, make_views(data.observations, state.board_of), {}).common_blocks();
-  std::erase_if(blocks, [](const BlockId& block) { return block.is_pose(); });
+  std::vector<BlockId> blocks = rig_blocks(data, calibration);
   std::set<BlockId> placements;
   for (const CornerView& view : data.observations.corners) {
     if (view.station) placements.insert({BlockId::Kind::placement, view.placement});
   }
+  std::erase_if(placements, [&](const BlockId& block) { return !estimated(block, calibration); });
   blocks.insert(blocks.end(), placements.begin(), placements.end());
-  std::erase_if(blocks,
-                [&](const BlockId& block) { return !(covariance.of({block}, state).diagonal().minCoeff() > 0); });
   return blocks;
 }
 

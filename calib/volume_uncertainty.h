@@ -14,6 +14,7 @@
 // -N_uu^-1 N_ut.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,6 +32,25 @@ struct MeasuringVolume {
   // Means over the points of the root of the trace, of d_parameters C d_parameters'; `variances` is its diagonal.
   double mean_uncertainty(const Eigen::VectorXd& variances) const;
 };
+
+// A point of the grid as it is measured, and what the calibration leaves open of it: with respect to the bodies that
+// the calibration saw (boards, or LEDs), whose mean motion nobody would notice (solvers/body_motion.h).
+struct VolumePoint {
+  int column = 0;  // thirds of the image, from 0
+  int row = 0;
+  double depth_mm = 0;                      // along the first camera's axis
+  std::optional<std::size_t> station = {};  // at which the probe was posed
+  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
+};
+
+struct VolumePoints {
+  std::size_t camera = 0;      // whose image is divided
+  Mount frame = Mount::probe;  // of the covariances
+  std::vector<VolumePoint> points;
+};
+
+// Of the points that two sensors or more see. Fails where there are none, or no body's motion is known.
+Expected<VolumePoints> volume_points(const CalibrationData& data, const Calibration& calibration);
 
 // Fails where no camera sees a board.
 Expected<MeasuringVolume> measuring_volume(const CalibrationData& data, const Calibration& calibration,

@@ -64,9 +64,25 @@ json correlated_json(const CorrelatedTerms& correlated) {
   return {{"above", kCorrelationLimit}, {"pairs", correlated.pairs}, {"strongest", std::move(strongest)}};
 }
 
+json volume_json(const VolumePoints& volume, const Calibration& calibration) {
+  json points = json::array();
+  for (const VolumePoint& point : volume.points) {
+    const Eigen::Vector3d u_mm = point.covariance_mm2.diagonal().cwiseSqrt();
+    points.push_back({{"column", point.column},
+                      {"row", point.row},
+                      {"depth_mm", point.depth_mm},
+                      {"station", point.station ? json(calibration.station_names[*point.station]) : json()},
+                      {"u_mm", {u_mm.x(), u_mm.y(), u_mm.z()}}});
+  }
+  return {{"camera", calibration.bundle.state.rig.sensors[volume.camera].name},
+          {"frame", volume.frame == Mount::world ? "world" : "probe"},
+          {"points", std::move(points)}};
+}
+
 }  // namespace
 
-json figures_summary(const CalibrationFigures& figures, const Rig& rig) {
+json figures_summary(const CalibrationFigures& figures, const Calibration& calibration) {
+  const Rig& rig = calibration.bundle.state.rig;
   json summary{{"budget", budget_json(figures.budget)},
                {"correlated", correlated_json(figures.correlated)},
                {"image_cells", json::object()},
@@ -80,6 +96,7 @@ json figures_summary(const CalibrationFigures& figures, const Rig& rig) {
   for (const ResidualHistogram& histogram : figures.histograms) {
     summary["histograms"][histogram.group] = histogram_json(histogram);
   }
+  if (figures.volume) summary["volume_points"] = volume_json(*figures.volume, calibration);
   return summary;
 }
 

@@ -4,11 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/calibration_figures.h"
-#include "solvers/rig.h"
 
 namespace crumple {
 
 // Its keys stand beside those of calibration_summary.
-nlohmann::json figures_summary(const CalibrationFigures& figures, const Rig& rig);
+nlohmann::json figures_summary(const CalibrationFigures& figures, const Calibration& calibration);
 
 }  // namespace crumple

@@ -239,8 +239,8 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
     result.document["lens_choice"] = lens_choice_summary(*lenses);
     result.text += lens_choice_text(*lenses);
   }
-  const auto figures = calibration_figures(input->data.observations, *calibration, thread_count());
-  result.document.update(figures_summary(figures, calibration->bundle.state.rig));
+  const auto figures = calibration_figures(input->data, *calibration, thread_count());
+  result.document.update(figures_summary(figures, *calibration));
   const auto validation = cross_validation_by_flag(*input, *options, result);
   if (!validation) return tl::unexpected(validation.error());
   if (auto added = add_suggestions(input->data, *calibration, result); !added) return tl::unexpected(added.error());

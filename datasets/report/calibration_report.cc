@@ -9,6 +9,7 @@
 #include "datasets/report/rig_plot.h"
 #include "datasets/report/sensor_section.h"
 #include "datasets/report/validation_section.h"
+#include "datasets/report/volume_section.h"
 
 namespace crumple {
 namespace {
@@ -46,6 +47,7 @@ Expected<std::string> calibration_report_html(const CalibrationReport& report) {
   body += budget_section(report);
   body += noise_section(report.calibration);
   body += sensor_sections(report, figures);
+  if (report.figures.volume) body += volume_section(*report.figures.volume, report.calibration);
   body += correlation_section(report.figures.correlated);
   if (report.validation) body += validation_section(*report.validation);
   body += rig_section(report.calibration.bundle.state, figures);

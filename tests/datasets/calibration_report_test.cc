@@ -26,7 +26,7 @@ std::string report_of_made_system(int threads) {
   const std::optional<CrossValidation> validation =
       CrossValidation{{{.station = "placement_1", .points = 17}}, {.station = "mean", .points = 17}};
   const RunRecord record{"1.2.3", "calibrate", "2024-05-06", {{"out", "rig"}}, {}, {{"capture.yaml", 3, "ab12"}}};
-  const CalibrationFigures figures = calibration_figures(made.observations, calibration, threads);
+  const CalibrationFigures figures = calibration_figures(data, calibration, threads);
   const auto html = calibration_report_html(
       {capture, calibration, verdict, figures, skipped, validation, record, "crumple calibrate capture.yaml"});
   return html ? *html : html.error().message;
@@ -42,6 +42,7 @@ TEST(CalibrationReport, TheSameBitsAtAnyNumberOfThreads) {
   EXPECT_THAT(html, HasSubstr("too dark &lt;10 %"));
   EXPECT_THAT(html, HasSubstr("The scale's uncertainty is unknown"));
   EXPECT_THAT(html, HasSubstr("placement_1"));
+  EXPECT_THAT(html, HasSubstr("Points in the measuring volume"));
   EXPECT_THAT(html, HasSubstr("ab12"));
   EXPECT_THAT(html, Not(HasSubstr("<!--plot")));
 }

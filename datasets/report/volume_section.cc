@@ -1,0 +1,66 @@
+#include "datasets/report/volume_section.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "datasets/report/html.h"
+
+namespace crumple {
+namespace {
+
+// Points of one depth, measured from one station.
+struct Layer {
+  std::array<double, 3> squares_mm2{};  // in the middle of the image, at its edges, in its corners
+  std::array<double, 3> points{};
+  double worst_mm = 0;
+
+  void add(const VolumePoint& point) {
+    const auto place = static_cast<std::size_t>((point.column == 1 ? 0 : 1) + (point.row == 1 ? 0 : 1));
+    const double square_mm2 = point.covariance_mm2.trace();
+    squares_mm2[place] += square_mm2;
+    ++points[place];
+    worst_mm = std::max(worst_mm, std::sqrt(square_mm2));
+  }
+  std::string u(std::size_t place) const {
+    if (points[place] == 0) return "";
+    const double u_mm = std::sqrt(squares_mm2[place] / points[place]);
+    return html_uncertainty(u_mm);
+  }
+};
+
+}  // namespace
+
+std::string volume_section(const VolumePoints& volume, const Calibration& calibration) {
+  std::map<std::pair<double, std::size_t>, Layer> layers;
+  for (const VolumePoint& point : volume.points) layers[{point.depth_mm, point.station.value_or(0)}].add(point);
+  const bool moved = volume.points.front().station.has_value();
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [at, layer] : layers) {
+    std::vector<std::string> row{html_number(at.first, 0)};
+    if (moved) row.push_back(html_text(calibration.station_names[at.second]));
+    for (std::size_t place = 0; place < 3; ++place) row.push_back(layer.u(place));
+    row.push_back(html_uncertainty(layer.worst_mm));
+    rows.push_back(std::move(row));
+  }
+  std::vector<HtmlColumn> columns{{"Depth, mm"}};
+  if (moved) columns.push_back({"Station", true});
+  columns.insert(columns.end(), {{"Middle, mm"}, {"Edges, mm"}, {"Corners, mm"}, {"Worst, mm"}});
+  const std::string& camera = calibration.bundle.state.rig.sensors[volume.camera].name;
+  return fmt::format(
+             "<section id=\"volume\">\n<h2>Points in the measuring volume</h2>\n<p>Standard uncertainty of a point "
+             "(root of its three variances) that the calibration leaves, with respect to what it saw: {}. Points are "
+             "the middles of the thirds of {}'s image at the nearest and the farthest board, measured by all that see "
+             "them{}. {} The readings' own noise is not in it.</p>\n",
+             volume.frame == Mount::world ? "the world of its trackers" : "its boards", html_text(camera),
+             moved ? ", the probe posed by its LEDs" : "",
+             calibration.scale ? "The scale's uncertainty is in it."
+                               : "The scale's uncertainty is unknown and not in it.") +
+         html_table(columns, rows) + "</section>\n";
+}
+
+}  // namespace crumple
