@@ -38,29 +38,24 @@ std::string rig_truth_text(const std::vector<ParameterTruth>& parameters) {
   return text + fmt::format("within 3 sigma: {} of {}\n", within, parameters.size());
 }
 
-Expected<void> add_rig_truth(const std::filesystem::path& folder, const Rig& estimated, VerbResult& result) {
-  const auto truth = read_true_rig(folder);
-  if (!truth) return tl::unexpected(truth.error());
-  const auto parameters = compare_with_true_rig(estimated, *truth);
+Expected<void> add_rig_truth(const Rig& truth, const Rig& estimated, VerbResult& result) {
+  const auto parameters = compare_with_true_rig(estimated, truth);
   if (!parameters) return tl::unexpected(parameters.error());
   result.document["truth"] = rig_truth_json(*parameters);
   result.text += rig_truth_text(*parameters);
   return {};
 }
 
-Expected<void> add_system_truth(const std::filesystem::path& folder, const Rig& estimated, const std::string& name,
-                                VerbResult& result) {
-  const auto truth = read_true_rig(folder);
-  if (!truth) return tl::unexpected(truth.error());
-  const auto error = hand_eye_error(estimated, *truth);
+Expected<void> add_system_truth(const Rig& truth, const Rig& estimated, const std::string& name, VerbResult& result) {
+  const auto error = hand_eye_error(estimated, truth);
   if (!error) return tl::unexpected(error.error());
   const double deg = error->rotation_rad * 180 / std::numbers::pi;
   result.document["truth"]["hand_eye"][name] = {{"mm", error->translation_mm}, {"deg", deg}};
   result.text += fmt::format("{}: hand-eye off by {:.3f} mm, {:.4f} deg; lenses by", name, error->translation_mm, deg);
   for (const Sensor& sensor : estimated.sensors) {
-    const auto known = truth->find(sensor.name);
+    const auto known = truth.find(sensor.name);
     if (!known) return fail(fmt::format("the truth has no sensor {}", sensor.name));
-    const auto off_px = lens_error_px(sensor.lens, truth->sensors[*known].lens);
+    const auto off_px = lens_error_px(sensor.lens, truth.sensors[*known].lens);
     if (!off_px) return fail(fmt::format("{}: {}", sensor.name, off_px.error().message));
     result.document["truth"]["lenses_px"][name][sensor.name] = *off_px;
     result.text += fmt::format(" {} {:.3f}", sensor.name, *off_px);

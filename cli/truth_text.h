@@ -1,7 +1,6 @@
 // An estimated rig beside the true one of a simulated capture, as JSON and as text.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -18,12 +17,11 @@ namespace crumple {
 nlohmann::json rig_truth_json(const std::vector<ParameterTruth>& parameters);
 std::string rig_truth_text(const std::vector<ParameterTruth>& parameters);
 
-// How far hand and eye and the lenses are off, against the truth in `folder`: into the document's truth.hand_eye.NAME
-// (mm at the LEDs' middle, deg) and truth.lenses_px.NAME.SENSOR, and the end of the text.
-Expected<void> add_system_truth(const std::filesystem::path& folder, const Rig& estimated, const std::string& name,
-                                VerbResult& result);
+// How far hand and eye and the lenses are off: into the document's truth.hand_eye.NAME (mm at the LEDs' middle, deg)
+// and truth.lenses_px.NAME.SENSOR, and the end of the text.
+Expected<void> add_system_truth(const Rig& truth, const Rig& estimated, const std::string& name, VerbResult& result);
 
-// Both, for the truth in `folder`, into what a verb answers: the document's `truth` and the end of the text.
-Expected<void> add_rig_truth(const std::filesystem::path& folder, const Rig& estimated, VerbResult& result);
+// Both into what a verb answers: the document's `truth` and the end of the text.
+Expected<void> add_rig_truth(const Rig& truth, const Rig& estimated, VerbResult& result);
 
 }  // namespace crumple

@@ -140,9 +140,18 @@ std::string explained(const std::string& message, const Capture& capture, const 
   return text;
 }
 
+// Read before hours of work, not after.
+Expected<std::optional<Rig>> truth_from_flags() {
+  if (FLAGS_truth.empty()) return std::nullopt;
+  auto truth = read_true_rig(FLAGS_truth);
+  if (!truth) return tl::unexpected(truth.error());
+  return std::move(*truth);
+}
+
 // The rigs that the joint refinement is compared with, into folders of their own; against the truth where there is one.
 Expected<void> write_starts(const CalibrationData& data, const CalibrationOptions& options,
-                            const Calibration& calibration, const std::filesystem::path& folder, VerbResult& result) {
+                            const Calibration& calibration, const std::optional<Rig>& truth,
+                            const std::filesystem::path& folder, VerbResult& result) {
   const auto closed = closed_forms(data, options.bundle);
   if (!closed) return tl::unexpected(closed.error());
   const std::pair<const char*, const Rig*> starts[] = {{"closed_forms", &closed->rig},
@@ -153,11 +162,11 @@ Expected<void> write_starts(const CalibrationData& data, const CalibrationOption
     if (failure) return fail(fmt::format("{} cannot be made: {}", (folder / name).string(), failure.message()));
     if (auto done = write_rig(folder / name, *rig); !done) return done;
   }
-  if (FLAGS_truth.empty()) return {};
+  if (!truth) return {};
   const std::pair<const char*, const Rig*> all[] = {
       {"closed_forms", &closed->rig}, {"stagewise", &calibration.start.rig}, {"joint", &calibration.bundle.state.rig}};
   for (const auto& [name, rig] : all) {
-    if (auto added = add_system_truth(FLAGS_truth, *rig, name, result); !added) return added;
+    if (auto added = add_system_truth(*truth, *rig, name, result); !added) return added;
   }
   return {};
 }
@@ -214,6 +223,8 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   auto earlier = earlier_from_flags();
   if (!earlier) return tl::unexpected(earlier.error());
   options->earlier = std::move(*earlier);
+  const auto truth = truth_from_flags();
+  if (!truth) return tl::unexpected(truth.error());
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
@@ -244,13 +255,13 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   const auto validation = cross_validation_by_flag(*input, *options, result);
   if (!validation) return tl::unexpected(validation.error());
   if (auto added = add_suggestions(input->data, *calibration, result); !added) return tl::unexpected(added.error());
-  if (!FLAGS_truth.empty()) {
-    if (auto added = add_rig_truth(FLAGS_truth, calibrated_rig(*calibration), result); !added)
+  if (*truth) {
+    if (auto added = add_rig_truth(**truth, calibrated_rig(*calibration), result); !added)
       return tl::unexpected(added.error());
   }
   if (FLAGS_starts) {
     if (input->data.station_names.empty()) return usage_error("--starts is about a probe that trackers watch");
-    const auto done = write_starts(input->data, *options, *calibration, folder->path(), result);
+    const auto done = write_starts(input->data, *options, *calibration, *truth, folder->path(), result);
     if (!done) return tl::unexpected(done.error());
   }
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();

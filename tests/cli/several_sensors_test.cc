@@ -28,10 +28,10 @@ void join(const TemporaryFolder& home) {
   const std::string a = content_of(home / "a/capture.yaml");
   std::string joined = a.substr(0, a.find("stations:"));
   joined += "stations:\n  - {id: panel_1, name_in_files: a/panel_1, board: false}\n";
-  for (const char* const n : {"1", "2", "3", "4"}) {
+  for (const char* const n : {"1", "2", "3"}) {
     joined += std::string("  - {id: a") + n + ", name_in_files: a/board_" + n + "}\n";
   }
-  for (const char* const n : {"1", "2", "3"}) {
+  for (const char* const n : {"1", "2"}) {
     joined += std::string("  - {id: b") + n + ", name_in_files: b/board_" + n + ", projector: proj1}\n";
   }
   write_content(home / "capture.yaml", joined);
@@ -39,11 +39,11 @@ void join(const TemporaryFolder& home) {
 
 TEST(SeveralSensors, AreCalibratedTogetherAndTheThermalImageIsMapped) {
   const TemporaryFolder home;
-  simulate(kScene, "board_1,board_2,board_3,board_4,panel_1", (home / "a").string());
+  simulate(kScene, "board_1,board_2,board_3,panel_1", (home / "a").string());
   std::string other = content_of(kScene);
   other.replace(other.find("projector: proj0"), 16, "projector: proj1");
   write_content(home / "b.yaml", other);
-  simulate((home / "b.yaml").string(), "board_1,board_2,board_3", (home / "b").string());
+  simulate((home / "b.yaml").string(), "board_1,board_2", (home / "b").string());
   if (HasFatalFailure()) return;
   join(home);
   const std::string capture = " '" + (home / "capture.yaml").string() + "' --json ";
@@ -51,7 +51,7 @@ TEST(SeveralSensors, AreCalibratedTogetherAndTheThermalImageIsMapped) {
 
   const ProgramRun calibrated =
       run_program("calibrate" + capture + truth + " --nooverlays --noreport --out='" + (home / "rig").string() + "'");
-  ASSERT_THAT(calibrated.exit_code, testing::AnyOf(0, 4)) << calibrated.err;  // four placements are few
+  ASSERT_THAT(calibrated.exit_code, testing::AnyOf(0, 4)) << calibrated.err;  // five placements are few
   const json summary = json::parse(calibrated.out);
   std::set<std::string> seen;
   for (const json& view : summary["views"]) {
