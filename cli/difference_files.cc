@@ -57,9 +57,9 @@ cv::Mat picture_of(const SensorDrift& sensor, double k) {
   const double typical_px = std::max(d.rms(), d.floor);
   const std::string where =
       std::isinf(sensor.distance_mm) ? "at infinity" : fmt::format("at {:.0f} mm", sensor.distance_mm);
-  return residual_overlay(cv::Mat::zeros(size.height_px, size.width_px, CV_8U), arrows,
-                          enlargement_for(typical_px, size.width_px), typical_px,
-                          fmt::format("{} {}: second rig minus first", sensor.sensor, where));
+  return residual_overlay(
+      cv::Mat::zeros(size.height_px, size.width_px, CV_8U), arrows, enlargement_for(typical_px, size.width_px),
+      typical_px, {fmt::format("{} {}: second rig minus first", sensor.sensor, where), "differences", "their RMS"});
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ Expected<void> write_picture(const Capture& capture, const Calibration& calibrat
   const double sigma_px = corner_sigma_px(calibration, camera);
   const cv::Mat picture =
       residual_overlay(*image, arrows, enlargement_for(sigma_px, image->cols), sigma_px,
-                       fmt::format("station {}, {}: predicted minus measured", station, sensor.name));
+                       {fmt::format("station {}, {}: predicted minus measured", station, sensor.name)});
   const auto written = write_png(folder / fmt::format("{}_{}.png", station, sensor.name), picture);
   if (!written) return tl::unexpected(written.error());
   return {};

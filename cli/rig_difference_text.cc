@@ -31,7 +31,7 @@ std::string test_line(const std::string& what, const AlignedDifference& d, const
 }
 
 std::string test_heading(const std::string& title, const std::string& unit) {
-  return fmt::format("{:<30} {:>9} {:>9} {:>9} {:>7}  {:<24} {:>8}\n", title, "RMS, " + unit, "expected", "worst",
+  return fmt::format("{:<30} {:>9} {:>9} {:>9} {:>7}  {:<24} {:>8}\n", title, "RMS, " + unit, "expected", "clearest",
                      "sigmas", "where", "p");
 }
 

@@ -15,11 +15,18 @@ struct ResidualArrow {
   bool accepted = true;
 };
 
-// 8 bit, colour. `image` is CV_8U or CV_16U and becomes the dimmed background; accepted residuals are green, outliers
-// red. The enlargement, the same for all images that are to be compared, is stated in a corner, with an arrow of one
-// `sigma_px`.
+// What the arrows are, and what the one in the corner shows.
+struct OverlayLegend {
+  std::string title;
+  const char* arrows = "residuals";
+  const char* typical = "one sigma";
+};
+
+// 8 bit, colour. `image` is CV_8U or CV_16U and becomes the dimmed background, small ones magnified; accepted residuals
+// are green, outliers red. The enlargement, the same for all images that are to be compared, is stated in a corner,
+// with an arrow of `typical_px`.
 cv::Mat residual_overlay(const cv::Mat& image, const std::vector<ResidualArrow>& arrows, double enlargement,
-                         double sigma_px, const std::string& title);
+                         double typical_px, const OverlayLegend& legend);
 
 // The enlargement, of 1, 2, 5, 10, 20 ..., at which a residual of `sigma_px` is about a sixtieth of the image wide.
 double enlargement_for(double sigma_px, int image_width_px);
