@@ -24,7 +24,7 @@ inline Scene wall_scene(double distance_mm) {
   scene.cameras.push_back({Sensor{"cam0", SensorKind::camera, lens, {}}, {}, {}});
   scene.projector = SceneProjector{Sensor{"proj0", SensorKind::projector, lens, {}}, {}, {}};
   PanelShape wall;
-  wall.size_mm = {3000, 3000};
+  wall.size_mm = {1000, 1000};
   scene.panel.emplace(wall, Material{0.8, 0, 0.3});
   scene.stations.push_back({"wall", false, Pose{{}, Eigen::Vector3d(0, 0, distance_mm)}});
   scene.stations.back().probe_from_surface.rotation.setIdentity();
