@@ -21,7 +21,7 @@ struct CalibrationFigures {
   std::vector<std::optional<SensorUncertainty>> uncertainties;  // likewise
   std::vector<ResidualHistogram> histograms;                    // one per group of observations
   CorrelatedTerms correlated;
-  std::optional<VolumePoints> volume;  // none where no point of it is measured
+  std::optional<VolumePoints> volume;  // none where volume_points fails
 };
 
 // `data` is what the calibration was made from.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -122,24 +121,29 @@ Prior on_core(const CalibrationState& start, std::size_t sensor) {
 // What the innermost control points have in common as a rotation of the sensor would move them, and nothing else.
 Prior on_axis(const CalibrationState& start, std::size_t sensor) {
   const Lens& lens = start.rig.sensors[sensor].lens;
-  std::vector<int> points((static_cast<std::size_t>(lens.parameter_count()) - 4) / 2);
-  std::iota(points.begin(), points.end(), 0);
-  const auto distance = [&](int point) { return std::lround(knot(lens, point).squaredNorm() / kSame); };
-  std::stable_sort(points.begin(), points.end(), [&](int a, int b) { return distance(a) < distance(b); });
-  std::vector<int> rows;
-  Eigen::MatrixXd turned(2 * kInnermost, 3);
-  for (int i = 0; i < kInnermost; ++i) {
-    const int point = points[static_cast<std::size_t>(i)];
-    rows.insert(rows.end(), {4 + 2 * point, 5 + 2 * point});
-    const Eigen::Vector2d u = knot(lens, point);
-    turned.row(2 * i) << 1, 0, -u.y();
-    turned.row(2 * i + 1) << 0, 1, u.x();
+  std::vector<std::pair<double, int>> by_distance;
+  for (int point = 0; point < (lens.parameter_count() - 4) / 2; ++point) {
+    by_distance.emplace_back(kSame * std::round(knot(lens, point).squaredNorm() / kSame), point);
   }
-  const Eigen::MatrixXd q = orthogonal_triangular(turned).q.leftCols<3>();
-  const Eigen::MatrixXd common = q * q.transpose();
-  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(2 * kInnermost, 2 * kInnermost);
+  std::sort(by_distance.begin(), by_distance.end());
+  by_distance.resize(kInnermost);
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  for (const auto& [distance, point] : by_distance) middle += knot(lens, point) / kInnermost;
+  std::vector<int> rows;
+  // The points' steps by those of their mean, x and y, and of their turn about it.
+  Eigen::MatrixXd moved(2 * kInnermost, 3);
+  for (int i = 0; i < kInnermost; ++i) {
+    const int point = by_distance[static_cast<std::size_t>(i)].second;
+    rows.insert(rows.end(), {4 + 2 * point, 5 + 2 * point});
+    const Eigen::Vector2d u = knot(lens, point) - middle;
+    moved.row(2 * i) << 1, 0, -u.y();
+    moved.row(2 * i + 1) << 0, 1, u.x();
+  }
+  const Eigen::MatrixXd q = orthogonal_triangular(moved).q;
+  const Eigen::MatrixXd others = q.rightCols(2 * kInnermost - 3);
   return on_lens(".axis", start, sensor, rows, lens.parameters(),
-                 kNoKnowledge * kNoKnowledge * (identity - common) + kConvention * kConvention * common);
+                 kNoKnowledge * kNoKnowledge * (others * others.transpose()) +
+                     kConvention * kConvention * (moved * moved.transpose()));
 }
 
 }  // namespace

@@ -20,14 +20,13 @@ namespace crumple {
 namespace {
 
 constexpr std::size_t kPointBlock = 4096;
-constexpr double kLeastTurn = 1e-9;  // of the determinant of unit rows: readings that tell no point
-
-using PixelRows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+constexpr Eigen::Index kMostAlone = 200;  // parameters of a view's sensors; of more, taking them apart costs too much
+constexpr double kLeastTurn = 1e-9;       // of the determinant of unit rows: readings that tell no point
 
 // A sensor's pixel of a point in the probe frame, by the point and by lens and mount, side by side.
 struct SensorPixel {
   Matrix2x3d d_point;
-  PixelRows d_sensor;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> d_sensor;
 };
 
 bool pixel_of(const Sensor& sensor, const Eigen::Vector3d& in_probe, SensorPixel& result) {
@@ -119,17 +118,21 @@ Expected<void> PointUncertainty::order_variables(const Rig& rig) {
   return {};
 }
 
-Eigen::MatrixXd PointUncertainty::root_of(const Rig& rig, const std::vector<std::string>& names) const {
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(names.size()), root_.cols());
+PointUncertainty::SharedRows PointUncertainty::root_of(const Rig& rig, std::size_t sensor) {
+  SharedRows& known = sensor_roots_[sensor];
+  if (known) return known;
+  const std::vector<std::string> names = names_of(rig, sensor);
+  RowMajorMatrix rows = RowMajorMatrix::Zero(static_cast<Eigen::Index>(names.size()), root_.cols());
   Eigen::Index last = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       if (rig.covariance.names[static_cast<std::size_t>(rows_[k])] != names[i]) continue;
-      result.row(static_cast<Eigen::Index>(i)) = root_.row(static_cast<Eigen::Index>(k));
+      rows.row(static_cast<Eigen::Index>(i)) = root_.row(static_cast<Eigen::Index>(k));
       last = std::max(last, static_cast<Eigen::Index>(k) + 1);
     }
   }
-  return result.leftCols(last);  // the root is lower triangular
+  known = std::make_shared<const RowMajorMatrix>(rows.leftCols(last));  // the root is lower triangular
+  return known;
 }
 
 void PointUncertainty::add_view(const Rig& rig, const MeasuredView& view) {
@@ -139,28 +142,32 @@ void PointUncertainty::add_view(const Rig& rig, const MeasuredView& view) {
     const Eigen::Vector2d normal(std::cos(angle), std::sin(angle));
     roots.stripes += normal * normal.transpose();
   }
-  const Eigen::MatrixXd camera = root_of(rig, names_of(rig, view.camera));
-  const Eigen::MatrixXd projector = root_of(rig, names_of(rig, view.projector));
   const auto six = 6 * static_cast<Eigen::Index>(view.station);
-  roots.common = {camera, projector, poses_.d_rig.middleRows<6>(six)(Eigen::all, rows_) * root_};
+  const RowMajorMatrix pose = poses_.d_rig.middleRows<6>(six)(Eigen::all, rows_) * root_;
+  roots.common = {root_of(rig, view.camera), root_of(rig, view.projector),
+                  std::make_shared<const RowMajorMatrix>(pose)};
+  const RowMajorMatrix &camera = *roots.common.camera, &projector = *roots.common.projector;
+  const Eigen::Index of_camera = camera.rows(), of_both = of_camera + projector.rows();
+  roots.alone = roots.common;
+  if (of_both > kMostAlone) return;
 
   // [M; 0] = L Q: rows that are needed alone need no more variables than they are.
-  const Eigen::Index of_camera = camera.rows(), of_both = of_camera + projector.rows();
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(of_both + 6, root_.cols());
   all.topLeftCorner(of_camera, camera.cols()) = camera;
   all.block(of_camera, 0, projector.rows(), projector.cols()) = projector;
-  all.bottomRows<6>() = roots.common.pose;
+  all.bottomRows<6>() = pose;
   const Eigen::MatrixXd lower = triangular_factor(all.transpose()).transpose();
-  const Eigen::Index columns = lower.cols();
-  roots.alone = {lower.topLeftCorner(of_camera, std::min(of_camera, columns)),
-                 lower.block(of_camera, 0, projector.rows(), std::min(of_both, columns)), lower.bottomRows<6>()};
+  const auto rows = [&](Eigen::Index first, Eigen::Index count) {
+    return std::make_shared<const RowMajorMatrix>(lower.block(first, 0, count, std::min(first + count, lower.cols())));
+  };
+  roots.alone = {rows(0, of_camera), rows(of_camera, projector.rows()), rows(of_both, 6)};
 }
 
 Matrix3x6d PointUncertainty::d_pose(std::size_t view, const Eigen::Vector3d& in_cloud) const {
   const Pose& pose = poses_.stations[poses_.views[view].station].world_from_probe;
-  Matrix3x6d d_pose;
-  d_pose << -cross_matrix(in_cloud - pose.translation), Eigen::Matrix3d::Identity();
-  return d_pose;
+  Matrix3x6d by_pose;
+  by_pose << -cross_matrix(in_cloud - pose.translation), Eigen::Matrix3d::Identity();
+  return by_pose;
 }
 
 bool PointUncertainty::add(std::size_t view, double weight, const Roots& roots, const Eigen::Vector3d& in_cloud,
@@ -183,12 +190,12 @@ bool PointUncertainty::add(std::size_t view, double weight, const Roots& roots, 
 
   // How the readings of a point that stays move, and the point at readings that stay.
   readings.resize(3, by_rig.cols());
-  multiply(camera.d_sensor.row(0), roots.camera, readings.row(0));
-  multiply(camera.d_sensor.row(1), roots.camera, readings.row(1));
-  multiply(weighed * projector.d_sensor, roots.projector, readings.row(2));
+  multiply(camera.d_sensor.row(0), *roots.camera, readings.row(0));
+  multiply(camera.d_sensor.row(1), *roots.camera, readings.row(1));
+  multiply(weighed * projector.d_sensor, *roots.projector, readings.row(2));
   const Eigen::Matrix3d by_readings = -weight * (pose.rotation.toRotationMatrix() * d_point.inverse());
   const Matrix3x6d by_pose = weight * d_pose(view, in_cloud);
-  const RowMajorMatrix& owed = roots.pose;
+  const RowMajorMatrix& owed = *roots.pose;
   for (Eigen::Index i = 0; i < 3; ++i) {
     by_rig.row(i) += by_readings(i, 0) * readings.row(0) + by_readings(i, 1) * readings.row(1) +
                      by_readings(i, 2) * readings.row(2) + by_pose(i, 0) * owed.row(0) + by_pose(i, 1) * owed.row(1) +
@@ -237,7 +244,7 @@ bool PointUncertainty::parts_of(const Eigen::Vector3d& in_cloud, std::span<const
   } else {
     const std::size_t view = shares[0].view;
     const Roots& roots = views_[view].alone;
-    sensitivity_here.by_rig.setZero(3, roots.pose.cols());
+    sensitivity_here.by_rig.setZero(3, roots.pose->cols());
     if (!add(view, shares[0].weight, roots, in_cloud, sensitivity_here.by_rig)) return false;
     sensitivity_here.by_station.assign(1, {poses_.views[view].station, shares[0].weight * d_pose(view, in_cloud)});
   }

@@ -22,7 +22,10 @@
 // Merged points are means of points: their sensitivities are the means of those, each taken at the merged point.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -76,10 +79,11 @@ class PointUncertainty {
 
  private:
   // A view's parameters by independent variables, as rows: each without the variables that it does not need.
+  using SharedRows = std::shared_ptr<const RowMajorMatrix>;
   struct Roots {
-    RowMajorMatrix camera;  // lens and mount
-    RowMajorMatrix projector;
-    RowMajorMatrix pose;  // what the station's pose owes to the rig
+    SharedRows camera;  // lens and mount
+    SharedRows projector;
+    SharedRows pose;  // what the station's pose owes to the rig
   };
   struct ViewRoots {
     Eigen::Matrix2d stripes;  // sum of n n'
@@ -89,7 +93,7 @@ class PointUncertainty {
   PointUncertainty(const Rig& rig, const StationPoses& poses) : sensors_(rig.sensors), poses_(poses) {}
   Expected<void> order_variables(const Rig& rig);
   void add_view(const Rig& rig, const MeasuredView& view);
-  Eigen::MatrixXd root_of(const Rig& rig, const std::vector<std::string>& names) const;
+  SharedRows root_of(const Rig& rig, std::size_t sensor);
   // Adds what a view measures, times its weight, to by_rig.
   bool add(std::size_t view, double weight, const Roots& roots, const Eigen::Vector3d& in_cloud,
            PointRows& by_rig) const;
@@ -101,6 +105,7 @@ class PointUncertainty {
   std::vector<int> rows_;  // of the rig's covariance: what matters, scales first, then the probe's sensors
   Eigen::Index scale_variables_ = 0;
   Eigen::MatrixXd root_;  // of the covariance of these
+  std::map<std::size_t, SharedRows> sensor_roots_;
   std::vector<ViewRoots> views_;
 };
 

@@ -34,7 +34,6 @@ constexpr double kContradiction = 1e-4;  // probability
 constexpr double kNoisier = 3;
 constexpr double kUnknownThere_px = 1;  // projection uncertainty of a part of the image that was never looked at
 constexpr double kWorseThere = 3;       // than where it was
-constexpr double kPattern = 2;          // means of residuals over the image's cells, over what noise makes
 
 const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view) {
   return *std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& group) {
@@ -227,30 +226,50 @@ void note_bent_boards(const BundleResult& bundle, std::vector<std::string>& note
   }
 }
 
+// What the parts of one sensor's image that no view covers are known to.
+std::string uncovered(const Sensor& sensor, const std::vector<UnseenPart>& parts) {
+  std::vector<std::string> names;
+  double worst_px = 0;
+  for (const UnseenPart& part : parts) {
+    names.push_back(part.name);
+    worst_px = std::max(worst_px, part.sigma_px);
+  }
+  return fmt::format(
+      "no view covers {} of {}: what is seen there is known to {:.2g} px, elsewhere to {:.2g} px; {}", listed(names),
+      sensor.name, worst_px, parts.front().seen_sigma_px,
+      sensor.mount == Mount::world ? "take the board or the probe there" : "put or tilt the board there");
+}
+
 void judge_images(const Observations& observations, const Calibration& calibration, Verdict& verdict) {
   const BundleResult& bundle = calibration.bundle;
   const auto& sensors = bundle.state.rig.sensors;
   const auto residuals = placed_residuals(observations, bundle);
   std::vector<ImageCells> cells;
   for (std::size_t s = 0; s < sensors.size(); ++s) cells.push_back(image_cells(residuals[s], sensors[s].lens.size()));
-  for (const UnseenParts& unseen : unseen_parts(bundle.state.rig, cells, sensor_uncertainties(calibration, cells))) {
-    const bool in_world = sensors[unseen.sensor].mount == Mount::world;
-    // Trackers look at where the probe works, and at much else.
-    const bool unknown = unseen.sigma_px > kUnknownThere_px && !in_world;
-    if (!unknown && unseen.sigma_px < kWorseThere * unseen.seen_sigma_px) continue;
-    (unknown ? verdict.reasons : verdict.notes)
-        .push_back(fmt::format("no view covers {} of {}: what is seen there is known to {:.2g} px, elsewhere to {:.2g} "
-                               "px; {}",
-                               listed(unseen.parts), sensors[unseen.sensor].name, unseen.sigma_px, unseen.seen_sigma_px,
-                               sensors[unseen.sensor].mount == Mount::world ? "take the board or the probe there"
-                                                                            : "put or tilt the board there"));
-  }
+  const auto unseen = unseen_parts(bundle.state.rig, cells, sensor_uncertainties(calibration, cells));
   for (std::size_t s = 0; s < sensors.size(); ++s) {
-    if (!(cells[s].rms_mean_px > kPattern * cells[s].expected_px)) continue;
-    verdict.notes.push_back(
-        fmt::format("the residuals of {} form a pattern over its image: means over its cells are {:.2g} px where noise "
-                    "makes {:.2g} px; see whether a richer lens model (--lens=auto) takes it",
-                    sensors[s].name, cells[s].rms_mean_px, cells[s].expected_px));
+    std::vector<UnseenPart> unknown, worse;
+    for (const UnseenPart& part : unseen) {
+      if (part.sensor != s) continue;
+      // Trackers look at where the probe works, and at much else.
+      const bool needed = sensors[s].mount == Mount::probe;
+      if (needed && part.sigma_px > kUnknownThere_px) {
+        unknown.push_back(part);
+      } else if (part.sigma_px > kWorseThere * part.seen_sigma_px) {
+        worse.push_back(part);
+      }
+    }
+    if (!unknown.empty()) verdict.reasons.push_back(uncovered(sensors[s], unknown));
+    if (!worse.empty()) verdict.notes.push_back(uncovered(sensors[s], worse));
+    // Observations that are correlated have means that are.
+    const double counted = std::sqrt(std::max(calibration.inflation.corners, calibration.inflation.stripes));
+    if (cells[s].rms_mean_px > kPatternOverNoise * counted * cells[s].expected_px) {
+      verdict.notes.push_back(
+          fmt::format("the residuals of {} form a pattern over its image: means over its cells are {:.2g} px where "
+                      "noise makes {:.2g} px; a board that is not flat does that, or a lens model that is not enough "
+                      "(--lens=auto)",
+                      sensors[s].name, cells[s].rms_mean_px, counted * cells[s].expected_px));
+    }
   }
 }
 

@@ -11,13 +11,13 @@
 //
 // With the data at hand also where an alternative to the model explains the residuals better (calib/alternatives.h), or
 // a tracker was moved by more than such a test reaches (calib/moved_sensor.h), or no observation lies in a ninth of a
-// sensor's image and what is seen there is not known to a pixel (calib/unseen_parts.h; noted where it is known three
-// times worse than elsewhere).
+// camera's image, or of the panel that a camera sees, and what is seen there is not known to a pixel
+// (calib/unseen_parts.h; noted where it is known three times worse than elsewhere, and of trackers).
 //
 // Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
 // observations' reach does not depend on them, but their values mean nothing. And boards whose size nothing could
-// contradict: a wrong pitch would not show. And residuals whose means over cells of an image are twice what noise
-// makes.
+// contradict: a wrong pitch would not show. And residuals whose means
+// over the cells of an image are 1.5 times what noise makes, correlated as it is.
 //
 // rejected where numbers are to be used by nobody: a lens whose focal length is not known to 10 %, views beyond the
 // noise where a quarter or more of all views are such.

@@ -46,11 +46,6 @@ std::vector<std::string> row_names(const Eyes& eyes) {
   return names;
 }
 
-bool in_image(const Eigen::Vector2d& pixel, const ImageSize& size) {
-  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width_px - 0.5 &&
-         pixel.y() <= size.height_px - 0.5;
-}
-
 // What both sensors of A see of a grid over the first one's image, with the
 // pixels.
 void see_volume(const Eyes& a, const VolumeDepth& depth, std::vector<Eigen::Vector3d>& points,
@@ -66,7 +61,7 @@ void see_volume(const Eyes& a, const VolumeDepth& depth, std::vector<Eigen::Vect
       if (!ray) continue;
       const Eigen::Vector3d point = mount_from_first * (distance_mm * ray->normalized());
       const auto seen = second.project(a.sensor(1).sensor_from_mount * point);
-      if (!seen || !in_image(*seen, second.size())) continue;
+      if (!seen || !second.size().contains(*seen)) continue;
       points.push_back(point);
       pixels.push_back({pixel, *seen});
     }

@@ -35,9 +35,10 @@ struct GridPoint {
 
 std::vector<GridPoint> volume_grid(const CalibrationData& data, const CalibrationState& state, std::size_t camera) {
   const Sensor& sensor = state.rig.sensors[camera];
-  std::vector<double> depths_mm = board_depths_mm(data, state, camera);
+  const std::vector<double> depths_mm = board_depths_mm(data, state, camera);
   std::vector<GridPoint> grid;
-  for (const double depth_mm : {depths_mm.front(), depths_mm.back()}) {
+  const std::set<double> layers_mm{depths_mm.front(), depths_mm.back()};
+  for (const double depth_mm : layers_mm) {
     for (int i = 0; i < 9; ++i) {
       const int column = i % 3, row = i / 3;
       const Eigen::Vector2d pixel((column * 2 + 1) * sensor.lens.size().width_px / 6.0,

@@ -74,7 +74,8 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   if (inverse_root) {
     result.common_.noalias() = inverse_root->transpose() * *inverse_root;
     const DominantEigen weakest = dominant_eigen(result.common_);
-    if (1 / weakest.value > kSingular) {
+    // No eigenvalue lies below one over the trace of the inverse.
+    if (1 / result.common_.trace() > kSingular) {
       result.weakest_direction_ = in_words(weakest.vector, names);
       result.condition_ = dominant_eigen(equilibrated).value * weakest.value;
       result.common_ = scale.asDiagonal() * result.common_ * scale.asDiagonal();
@@ -103,18 +104,19 @@ void JointCovariance::sharpen(const std::vector<std::unique_ptr<View>>& views,
 }
 
 bool JointCovariance::take(const Eigen::MatrixXd& square_root) {
+  if (square_root.rows() < square_root.cols()) return false;
   const Eigen::VectorXd scale = square_root.colwise().norm().transpose().cwiseInverse();
   const Eigen::MatrixXd equilibrated = square_root * scale.asDiagonal();
   // The least singular value is not above the least of the diagonal, the largest not below a column's norm.
   if (!(equilibrated.diagonal().cwiseAbs().minCoeff() > kSingularRoot)) return false;
   const Eigen::MatrixXd inverse = inverse_upper(equilibrated);
-  common_.noalias() = inverse * inverse.transpose();
-  const DominantEigen weakest = dominant_eigen(common_);
+  const Eigen::MatrixXd covariance = inverse * inverse.transpose();
   const double largest = dominant_eigen(equilibrated.transpose() * equilibrated).value;
+  if (!(largest * covariance.trace() < 1 / (kSingularRoot * kSingularRoot))) return false;
+  const DominantEigen weakest = dominant_eigen(covariance);
   condition_ = largest * weakest.value;
-  if (!(condition_ < 1 / (kSingularRoot * kSingularRoot))) return false;
   weakest_direction_ = in_words(weakest.vector, names_);
-  common_ = scale.asDiagonal() * common_ * scale.asDiagonal();
+  common_ = scale.asDiagonal() * covariance * scale.asDiagonal();
   return true;
 }
 

@@ -16,17 +16,19 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix) {
 }
 
 DominantEigen dominant_eigen(const Eigen::MatrixXd& matrix) {
-  constexpr int kMostProducts = 300;
-  constexpr double kStands = 1e-6;
-  Eigen::Index widest = 0;
-  matrix.diagonal().maxCoeff(&widest);
-  DominantEigen dominant{0, matrix.col(widest).normalized()};
+  constexpr int kFewestProducts = 20;  // an eigenvector below the largest could be met by chance
+  constexpr int kMostProducts = 1000;
+  constexpr double kNear = 1e-2;  // |A v - value v| bounds how far an eigenvalue is
+  // A start with no structure has a part along every eigenvector, of uncoupled variables as well.
+  const Eigen::VectorXd start =
+      Eigen::VectorXd::NullaryExpr(matrix.rows(), [](Eigen::Index i) { return std::cos(static_cast<double>(i * i)); });
+  DominantEigen dominant{0, start.normalized()};
   for (int i = 0; i < kMostProducts; ++i) {
     const Eigen::VectorXd product = matrix * dominant.vector;
-    const double before = dominant.value;
     dominant.value = dominant.vector.dot(product);
-    dominant.vector = product.normalized();
-    if (dominant.value - before <= kStands * dominant.value) break;
+    const bool near = (product - dominant.value * dominant.vector).norm() <= kNear * dominant.value;
+    if (near && i >= kFewestProducts) break;
+    dominant.vector = product.stableNormalized();
   }
   return dominant;
 }

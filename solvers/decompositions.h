@@ -21,7 +21,8 @@ struct DominantEigen {
   Eigen::VectorXd vector;  // of unit length; where others nearly are the largest too, one of their space
 };
 
-// The largest eigenvalue of a symmetric positive semidefinite matrix, by power iteration until it stands to a millionth.
+// The largest eigenvalue of a symmetric positive semidefinite matrix, to a hundredth, by power iteration; where others
+// are that near, one of them.
 DominantEigen dominant_eigen(const Eigen::MatrixXd& matrix);
 
 struct SymmetricEigen3 {

@@ -33,6 +33,10 @@ struct ImageSize {
   int width_px = 0;
   int height_px = 0;
   bool operator==(const ImageSize&) const = default;
+  // Integers are the middles of pixels.
+  bool contains(const Eigen::Vector2d& pixel) const {
+    return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= width_px - 0.5 && pixel.y() <= height_px - 0.5;
+  }
 };
 
 using Matrix2x3d = Eigen::Matrix<double, 2, 3>;

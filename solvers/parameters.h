@@ -1,7 +1,7 @@
 // Which parameter blocks are estimated and where each stands in the joint vector.
 //
 // Order: the common blocks first (per sensor its lens, then its mount; the LEDs; per board its warp, then its scale),
-// then the poses of placements and stations. As many of these as possible are eliminated when equations are solved,
+// then the poses of placements and stations. Most of these are eliminated when equations are solved,
 // which asks that no two of them meet in a view. Stations that meet other stations (overlaps) count among the common
 // blocks. Of placements and stations that meet each other the kind with more is eliminated, and so are all that meet
 // none. Eliminated ones stand last.

@@ -8,11 +8,6 @@
 namespace crumple {
 namespace {
 
-bool inside(const Eigen::Vector2d& pixel, ImageSize size) {
-  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width_px - 0.5 &&
-         pixel.y() <= size.height_px - 0.5;
-}
-
 cv::Mat draw_chessboard(const ProjectedChessboard& board, ImageSize size) {
   cv::Mat image(size.height_px, size.width_px, CV_8U, cv::Scalar(255));
   for (int y = 0; y < size.height_px; ++y) {
@@ -112,7 +107,7 @@ struct SensorView {
 
   std::optional<Eigen::Vector2d> pixel_of(const Eigen::Vector3d& point) const {
     const auto pixel = lens.project(sensor_from_surface * point);
-    if (!pixel || !inside(*pixel, lens.size())) return std::nullopt;
+    if (!pixel || !lens.size().contains(*pixel)) return std::nullopt;
     return pixel;
   }
 };
@@ -228,7 +223,7 @@ void add_led_views(const Scene& scene, std::size_t station_index, Observations& 
       const Eigen::Vector3d in_world =
           led.mount == Mount::probe ? station.world_from_probe * led.position_mm : led.position_mm;
       const auto pixel = tracker.lens.project(tracker.sensor_from_mount * in_world);
-      if (!pixel || !inside(*pixel, tracker.lens.size())) continue;
+      if (!pixel || !tracker.lens.size().contains(*pixel)) continue;
       view.leds.push_back(i);
       view.pixels.push_back(*pixel);
     }

@@ -13,14 +13,13 @@ namespace {
 
 constexpr std::size_t kArrowsOfAll = 1500;  // residuals drawn, over all sensors
 constexpr std::size_t kArrowsOfOne = 200;
-constexpr double kMoreThanNoise = 1.5;
 
 std::string field_words(const ImageCells& cells) {
   if (!(cells.expected_px > 0)) return "No cell holds enough observations for a mean.";
   const double ratio = cells.rms_mean_px / cells.expected_px;
   return fmt::format("Mean residual of each cell. They are {} px long (RMS) where noise alone would leave {} px: {}.",
                      html_number(cells.rms_mean_px, 4), html_number(cells.expected_px, 4),
-                     ratio > kMoreThanNoise
+                     ratio > kPatternOverNoise
                          ? fmt::format("{:.1f} times as much, the model is not the whole truth", ratio)
                          : "about what noise explains");
 }

@@ -38,17 +38,17 @@ struct Layer {
 std::string volume_section(const VolumePoints& volume, const Calibration& calibration) {
   std::map<std::pair<double, std::size_t>, Layer> layers;
   for (const VolumePoint& point : volume.points) layers[{point.depth_mm, point.station.value_or(0)}].add(point);
-  const bool moved = volume.points.front().station.has_value();
+  const bool posed_by_leds = volume.points.front().station.has_value();
   std::vector<std::vector<std::string>> rows;
   for (const auto& [at, layer] : layers) {
     std::vector<std::string> row{html_number(at.first, 0)};
-    if (moved) row.push_back(html_text(calibration.station_names[at.second]));
+    if (posed_by_leds) row.push_back(html_text(calibration.station_names[at.second]));
     for (std::size_t place = 0; place < 3; ++place) row.push_back(layer.u(place));
     row.push_back(html_uncertainty(layer.worst_mm));
     rows.push_back(std::move(row));
   }
   std::vector<HtmlColumn> columns{{"Depth, mm"}};
-  if (moved) columns.push_back({"Station", true});
+  if (posed_by_leds) columns.push_back({"Station", true});
   columns.insert(columns.end(), {{"Middle, mm"}, {"Edges, mm"}, {"Corners, mm"}, {"Worst, mm"}});
   const std::string& camera = calibration.bundle.state.rig.sensors[volume.camera].name;
   return fmt::format(
@@ -56,8 +56,8 @@ std::string volume_section(const VolumePoints& volume, const Calibration& calibr
              "(root of its three variances) that the calibration leaves, with respect to what it saw: {}. Points are "
              "the middles of the thirds of {}'s image at the nearest and the farthest board, measured by all that see "
              "them{}. {} The readings' own noise is not in it.</p>\n",
-             volume.frame == Mount::world ? "the world of its trackers" : "its boards", html_text(camera),
-             moved ? ", the probe posed by its LEDs" : "",
+             volume.frame == Mount::world ? "what its trackers saw" : "its boards", html_text(camera),
+             posed_by_leds ? ", the probe posed by its LEDs" : "",
              calibration.scale ? "The scale's uncertainty is in it."
                                : "The scale's uncertainty is unknown and not in it.") +
          html_table(columns, rows) + "</section>\n";

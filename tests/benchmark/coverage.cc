@@ -89,11 +89,12 @@ int run() {
   for (std::size_t c = 0; c < configurations->size(); ++c) {
     const CoverageConfiguration& configuration = (*configurations)[c];
     if (configuration.name.find(FLAGS_only) == std::string::npos) continue;
-    const bool through_images = c + 1 == configurations->size();
-    const int campaigns = through_images ? (FLAGS_quick ? 20 : FLAGS_rendered) : (FLAGS_quick ? 120 : FLAGS_campaigns);
+    const int campaigns =
+        configuration.rendered ? (FLAGS_quick ? 20 : FLAGS_rendered) : (FLAGS_quick ? 120 : FLAGS_campaigns);
     const auto seed = static_cast<std::uint32_t>(FLAGS_seed) + 1000 * static_cast<std::uint32_t>(c);
     const CoverageResult result = measure_coverage(configuration, seed, campaigns, 2, [&](int done) {
-      if (done % 512 == 0) fmt::print(stderr, "{}: {} of {}\n", configuration.name, done, campaigns);
+      if (configuration.rendered || done % 512 == 0)
+        fmt::print(stderr, "{}: {} of {}\n", configuration.name, done, campaigns);
     });
     print_result(configuration.name, result, misses, rows);
     directions.push_back({{"configuration", configuration.name},

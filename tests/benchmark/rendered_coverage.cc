@@ -43,7 +43,7 @@ Expected<CoverageConfiguration> rendered_configuration() {
     campaign.measured = std::move(simulated->data);
     return campaign;
   };
-  return CoverageConfiguration{"camera and projector, rendered images", draw};
+  return CoverageConfiguration{.name = "camera and projector, rendered images", .draw = draw, .rendered = true};
 }
 
 }  // namespace crumple

@@ -30,6 +30,8 @@ struct CoverageConfiguration {
   std::function<Expected<CoverageCampaign>(std::mt19937_64&)> draw;
   // Where weak priors hold terms, parameters mean nothing by themselves: only what they project is judged.
   bool judge_parameters = true;
+  // Through rendered images: fewer campaigns, for they take long.
+  bool rendered = false;
   // Measured with each campaign's rig; may be none.
   std::shared_ptr<const FreshStations> fresh = nullptr;
 };

@@ -133,6 +133,35 @@ TEST(PointUncertainty, AMergedPointIsTheMeanOfItsViews) {
   EXPECT_TRUE(parts.station.isApprox(stations, 1e-6));
 }
 
+// A cloud's points of one view go by variables of their own.
+TEST(PointUncertainty, PartsOfACloudAreThoseOfItsPoints) {
+  TrackedProbe probe;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(probe.size(), probe.size(), [&] { return normal(random); });
+  for (Eigen::Index i = 0; i < probe.size(); ++i) root.row(i) *= probe.scale_of(static_cast<std::size_t>(i));
+  probe.truth.rig.covariance.matrix = Eigen::MatrixXd(root * root.transpose());
+  const StationPoses poses = probe.poses(probe.truth.rig, probe.readings);
+  const auto uncertainty = PointUncertainty::create(probe.truth.rig, poses);
+  ASSERT_TRUE(uncertainty) << uncertainty.error().message;
+  Cloud cloud{"world", {"a", "b"}, {{}, {}}};
+  for (const std::size_t view : {0U, 1U}) {
+    cloud.points[view].position_mm =
+        poses.stations[poses.views[view].station].world_from_probe * Eigen::Vector3d(40, -30, 790);
+    cloud.points[view].view = static_cast<std::uint16_t>(view);
+  }
+  const auto parts = uncertainty->parts(cloud, 1);
+  ASSERT_TRUE(parts) << parts.error().message;
+  for (const std::size_t view : {0U, 1U}) {
+    const CloudShare share{static_cast<std::uint32_t>(view), static_cast<std::uint16_t>(view), 1};
+    PointSensitivity sensitivity;
+    ASSERT_TRUE(uncertainty->sensitivity(cloud.points[view].position_mm, {&share, 1}, sensitivity));
+    const PointParts expected = uncertainty->parts(sensitivity);
+    EXPECT_TRUE((*parts)[view].calibration.isApprox(expected.calibration, 1e-9));
+    EXPECT_TRUE((*parts)[view].station.isApprox(expected.station, 1e-12));
+  }
+}
+
 TEST(PointUncertainty, WhatDoesNotBelongTogetherIsRefused) {
   TrackedProbe probe;
   probe.truth.rig.covariance.matrix = Eigen::MatrixXd::Identity(probe.size(), probe.size()) * 1e-10;

@@ -53,20 +53,5 @@ TEST(VolumePoints, OfATrackedProbeDependOnNoGauge) {
   expect_same_points(data_of(made), made.truth, trackers[0], trackers[1], Mount::world);
 }
 
-TEST(VolumePoints, AreBetterKnownInTheMiddleThanInTheCorners) {
-  const Synthetic made =
-      make_synthetic({.placements = 8, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.1, .feature_sigma_px = 0.1});
-  const CalibrationData data = data_of(made);
-  const auto volume = volume_points(data, refined(data, made.truth, {.reject_outliers = false}));
-  ASSERT_TRUE(volume);
-  double middle = 0, worst = 0;
-  for (const VolumePoint& point : volume->points) {
-    const double square = point.covariance_mm2.trace();
-    if (point.column == 1 && point.row == 1) middle = std::max(middle, square);
-    worst = std::max(worst, square);
-  }
-  EXPECT_LT(middle, worst);
-}
-
 }  // namespace
 }  // namespace crumple
