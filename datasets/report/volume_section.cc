@@ -53,11 +53,11 @@ std::string volume_section(const VolumePoints& volume, const Calibration& calibr
   const std::string& camera = calibration.bundle.state.rig.sensors[volume.camera].name;
   return fmt::format(
              "<section id=\"volume\">\n<h2>Points in the measuring volume</h2>\n<p>Standard uncertainty of a point "
-             "(root of its three variances) that the calibration leaves, with respect to what it saw: {}. Points are "
+             "(root of its three variances) that the calibration leaves, with respect to {}. Points are "
              "the middles of the thirds of {}'s image at the nearest and the farthest board, measured by all that see "
              "them{}. {} The readings' own noise is not in it.</p>\n",
-             volume.frame == Mount::world ? "what its trackers saw" : "its boards", html_text(camera),
-             posed_by_leds ? ", the probe posed by its LEDs" : "",
+             volume.frame == Mount::world ? "the boards and LEDs that its trackers saw" : "the boards that it saw",
+             html_text(camera), posed_by_leds ? ", the probe posed by its LEDs" : "",
              calibration.scale ? "The scale's uncertainty is in it."
                                : "The scale's uncertainty is unknown and not in it.") +
          html_table(columns, rows) + "</section>\n";
