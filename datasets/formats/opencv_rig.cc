@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kOpencvTerms = 14;  // the most of its distortion
+
 std::string sensor_text(const Sensor& sensor) {
   cv::FileStorage storage(".yml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
   const std::vector<double> terms = distortion_terms(sensor.lens);
@@ -29,17 +31,28 @@ std::string sensor_text(const Sensor& sensor) {
   return storage.releaseAndGetString();
 }
 
-// One channel of float or double, of the size asked for; any size where `rows` is 0.
+// What OpenCV would reserve memory for, before it knows how many numbers follow.
+bool states_size(const cv::FileNode& node, int rows, int columns) {
+  if (!node.isMap() || !node["sizes"].empty()) return false;
+  const int stated_rows = static_cast<int>(node["rows"]), stated_columns = static_cast<int>(node["cols"]);
+  if (rows != 0) return stated_rows == rows && stated_columns == columns;
+  return stated_rows >= 0 && stated_rows <= kOpencvTerms && stated_columns >= 0 && stated_columns <= kOpencvTerms;
+}
+
+// One channel of float or double, of the size asked for; up to as many terms as OpenCV knows where `rows` is 0.
 Expected<Eigen::MatrixXd> read_matrix(const cv::FileStorage& storage, const std::string& name, int rows, int columns) {
   const cv::FileNode node = storage[name];
   if (node.empty()) return fail(fmt::format("'{}' is missing", name));
+  const auto refusal = [&] {
+    return fail(rows == 0
+                    ? fmt::format("'{}' has to be a matrix of float or double, of at most {} terms", name, kOpencvTerms)
+                    : fmt::format("'{}' has to be a {} x {} matrix of float or double", name, rows, columns));
+  };
+  if (!states_size(node, rows, columns)) return refusal();
   cv::Mat read;
   node >> read;
   const bool numbers = read.empty() || (read.dims == 2 && (read.type() == CV_64F || read.type() == CV_32F));
-  if (!numbers || (rows != 0 && (read.rows != rows || read.cols != columns))) {
-    return fail(rows == 0 ? fmt::format("'{}' has to be a matrix of float or double", name)
-                          : fmt::format("'{}' has to be a {} x {} matrix of float or double", name, rows, columns));
-  }
+  if (!numbers || (rows != 0 && (read.rows != rows || read.cols != columns))) return refusal();
   Eigen::MatrixXd matrix;
   if (!read.empty()) cv::cv2eigen(read, matrix);
   if (!matrix.allFinite()) return fail(fmt::format("'{}' holds a number that is not finite", name));

@@ -100,6 +100,7 @@ INSTANTIATE_TEST_SUITE_P(
                     FileDamage{"cam1.yml", "1280", "-1", "'image_width'"},
                     FileDamage{"cam1.yml", "camera_matrix", "matrix", "'camera_matrix' is missing"},
                     FileDamage{"cam1.yml", "rows: 5", "rows: 4", "FileStorage"},
+                    FileDamage{"cam1.yml", "rows: 5", "rows: 2000000000", "at most 14 terms"},
                     FileDamage{"cam1.yml", "data: [ 1.0011", "data: [ .nan, 1.0011", "FileStorage"},
                     FileDamage{"cam1.yml", "0., 6.395", "3., 6.395", "skew"},
                     FileDamage{"cam1.yml", "data: [ 9.7", "data: [ 9.8", "rotation"},
