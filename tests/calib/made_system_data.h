@@ -22,9 +22,10 @@ inline CalibrationData data_of(const MadeSystem& made) {
     data.station_names.push_back("station_" + std::to_string(s));
   }
   for (const Led& led : made.truth.rig.leds) data.leds.push_back({led.name, Eigen::Vector3d::Zero(), led.mount});
-  // Stripe views come in pairs, columns and rows at the same camera pixels.
+  // Stripe views come in pairs, columns and rows, as a rule at the same camera pixels.
   const std::vector<StripeView>& stripes = made.observations.stripes;
   for (std::size_t v = 0; v + 1 < stripes.size(); v += 2) {
+    if (stripes[v].camera_pixels != stripes[v + 1].camera_pixels) continue;
     PixelPairs pairs{stripes[v].camera, stripes[v].projector, stripes[v].placement, stripes[v].camera_pixels, {},
                      stripes[v].station};
     for (std::size_t i = 0; i < stripes[v].coordinates_px.size(); ++i) {

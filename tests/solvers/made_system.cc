@@ -162,7 +162,8 @@ class Maker {
         options_.one_axis ? rotation_from_vector({0, uniform(turn), 0}) : turned(turn).rotation;
     const Eigen::Vector3d direction = tilt * Eigen::Vector3d::UnitZ();
     const double distance = kProbeDistance_mm * (1 + uniform(0.12));
-    const Eigen::Vector3d aside(uniform(40), uniform(40), 0);
+    const double up = uniform(40), right = uniform(40);
+    const Eigen::Vector3d aside(right, up, 0);
     const double roll_rad = uniform(1.5 * turn);
     const bool looks_at_it = turn > 0 && !options_.one_axis;
     const Eigen::Vector3d position = centre - distance * direction + (looks_at_it ? Eigen::Vector3d(0, 0, 0) : aside);
@@ -276,8 +277,10 @@ CalibrationState disturbed_system(const CalibrationState& truth, unsigned seed) 
     if (sensor.mount == Mount::world) first_in_world = false;
     if (!reference) disturb(sensor.sensor_from_mount);
   }
-  for (Led& led : state.rig.leds)
-    led.position_mm += 3 * Eigen::Vector3d(uniform(random), uniform(random), uniform(random));
+  for (Led& led : state.rig.leds) {
+    const double z = uniform(random), y = uniform(random), x = uniform(random);
+    led.position_mm += 3 * Eigen::Vector3d(x, y, z);
+  }
   for (Pose& pose : state.world_from_board) disturb(pose);
   for (Pose& pose : state.world_from_probe) disturb(pose);
   return state;

@@ -46,8 +46,9 @@ TEST(Spots, CovarianceCoversTheError) {
   for (int trial = 0; trial < 40; ++trial) {
     std::vector<SpotModel> truth;
     for (int i = 0; i < 20; ++i) {
-      truth.push_back(made_spot(30 + 60 * (i % 5) + within(random), 30 + 50 * (i / 5) + within(random), widths(random),
-                                peaks(random)));
+      const double peak = peaks(random), width = widths(random);
+      const double v = 30 + 50 * (i / 5) + within(random), u = 30 + 60 * (i % 5) + within(random);
+      truth.push_back(made_spot(u, v, width, peak));
     }
     const SpotsFound found = find_spots(made_spot_image(truth, {}, random)).value();
     ASSERT_EQ(found.spots.size(), truth.size());
@@ -72,7 +73,8 @@ TEST(Spots, SaturatedPixelsAreLeftOut) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> within(-0.5, 0.5);
   for (int trial = 0; trial < 50; ++trial) {
-    const SpotModel truth = made_spot(40 + within(random), 50 + within(random), 1.5, 900);
+    const double v = 50 + within(random), u = 40 + within(random);
+    const SpotModel truth = made_spot(u, v, 1.5, 900);
     const SpotsFound found = find_spots(made_spot_image({truth}, {}, random)).value();
     ASSERT_EQ(found.spots.size(), 1u);
     EXPECT_GT(found.spots[0].saturated, 5);
