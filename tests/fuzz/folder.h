@@ -10,7 +10,7 @@
 namespace crumple {
 
 // Whether a file of this name stays in its folder.
-inline bool is_plain_name(const std::string& name) {
+inline bool stays_in_its_folder(const std::string& name) {
   return !name.empty() && name.size() < 100 && name.find('/') == std::string::npos &&
          name.find('\0') == std::string::npos && name != "." && name != "..";
 }
@@ -27,7 +27,7 @@ inline void unpack(const std::string& input, const std::filesystem::path& folder
     const std::size_t slash = name.find('/');
     const std::string parent = slash == std::string::npos ? "" : name.substr(0, slash);
     const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
-    if (!(parent.empty() || is_plain_name(parent)) || !is_plain_name(file) || end_of_line >= input.size()) continue;
+    if (!(parent.empty() || stays_in_its_folder(parent)) || !stays_in_its_folder(file) || end_of_line >= input.size()) continue;
     std::error_code ignored;
     std::filesystem::create_directory(folder / parent, ignored);
     write_content(folder / parent / file, input.substr(end_of_line + 1, at - end_of_line - 1));
