@@ -99,9 +99,10 @@ bool probe_is_unknown(const CalibrationData& data, const KnownSystem& known) {
 
 Rig without_bars(Rig rig, const CalibrationData& data) {
   for (const ScaleBar& bar : data.bars) {
-    for (const auto& [from, to] : bar.places) {
-      std::erase_if(rig.leds,
-                    [&](const Led& led) { return led.name == data.leds[from].name || led.name == data.leds[to].name; });
+    for (const auto& ends : bar.places) {
+      const std::string& from = data.leds[ends.first].name;
+      const std::string& to = data.leds[ends.second].name;
+      std::erase_if(rig.leds, [&](const Led& led) { return led.name == from || led.name == to; });
     }
   }
   return rig;
