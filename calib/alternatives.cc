@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "calib/alternative_candidates.h"
-#include "solvers/chi_square.h"
+#include "solvers/distribution_tails.h"
 
 namespace crumple {
 namespace {

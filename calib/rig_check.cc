@@ -11,7 +11,7 @@
 #include "calib/rig_prior.h"
 #include "calib/rig_truth.h"
 #include "calib/start_from_rig.h"
-#include "solvers/chi_square.h"
+#include "solvers/distribution_tails.h"
 #include "solvers/parameters.h"
 
 namespace crumple {

@@ -14,7 +14,7 @@
 #include "calib/moved_sensor.h"
 #include "calib/rig_prior.h"
 #include "calib/unseen_parts.h"
-#include "solvers/chi_square.h"
+#include "solvers/distribution_tails.h"
 #include "solvers/decompositions.h"
 
 namespace crumple {

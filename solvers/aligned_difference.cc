@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "solvers/chi_square.h"
+#include "solvers/distribution_tails.h"
 #include "solvers/decompositions.h"
 
 namespace crumple {

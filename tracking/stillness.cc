@@ -7,7 +7,7 @@
 
 #include <Eigen/LU>
 
-#include "solvers/chi_square.h"
+#include "solvers/distribution_tails.h"
 
 namespace crumple {
 namespace {

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include "calib/calibrate.h"
-#include "solvers/chi_square.h"
+#include "calib/uncertainty_budget.h"
+#include "solvers/distribution_tails.h"
 #include "solvers/parallel.h"
 #include "solvers/parameters.h"
 #include "solvers/projection_uncertainty.h"
@@ -18,11 +21,13 @@ namespace {
 
 constexpr int kBatch = 64;
 constexpr double kOutside = 0.05;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Region {
   std::string quantity;
   int dimension = 0;
   double square = 0;  // of the error, by the covariance
+  double degrees_of_variance = kInfinity;
 };
 
 // Errors of parameters in tangents at the estimate, and their covariance; without rows that were held.
@@ -54,14 +59,43 @@ ParameterErrors errors_of(const std::vector<BlockId>& blocks, const CalibrationS
   return {errors(estimated), covariance(estimated, estimated)};
 }
 
-void add_region(const std::string& quantity, const ParameterErrors& parameters, std::vector<Region>& regions) {
+void add_region(const std::string& quantity, const ParameterErrors& parameters, double degrees_of_variance,
+                std::vector<Region>& regions) {
   if (parameters.errors.size() == 0) return;
   const Eigen::VectorXd sigma = parameters.covariance.diagonal().cwiseSqrt();
   const Eigen::VectorXd z = parameters.errors.cwiseQuotient(sigma);
   const Eigen::MatrixXd correlation =
       sigma.cwiseInverse().asDiagonal() * parameters.covariance * sigma.cwiseInverse().asDiagonal();
-  regions.push_back({quantity, static_cast<int>(z.size()), z.dot(correlation.ldlt().solve(z))});
+  regions.push_back({quantity, static_cast<int>(z.size()), z.dot(correlation.ldlt().solve(z)), degrees_of_variance});
 }
+
+// Of the variance of several parameters together: by Welch and Satterthwaite for the mean shares of what it is made of
+// (calib/uncertainty_budget.h), infinite where none of it was estimated.
+class DegreesOfVariance {
+ public:
+  DegreesOfVariance(const Observations& observations, const Calibration& calibration)
+      : budget_(uncertainty_budget(observations, calibration, 1)) {}
+
+  // Of parameters whose part of the rig is called something that begins so.
+  double of(const std::string& part) const {
+    std::vector<double> shares(budget_.sources.size(), 0);
+    double count = 0;
+    for (const BudgetEntry& entry : budget_.entries) {
+      if (entry.part.rfind(part, 0) != 0) continue;
+      for (std::size_t s = 0; s < shares.size(); ++s) shares[s] += entry.shares[s];
+      ++count;
+    }
+    double inverse = 0;
+    for (std::size_t s = 0; s < shares.size(); ++s) {
+      inverse += std::pow(shares[s] / std::max(1.0, count), 2) / budget_.sources[s].degrees_of_freedom;
+    }
+    return 1 / inverse;
+  }
+  double of_all() const { return of(""); }
+
+ private:
+  UncertaintyBudget budget_;
+};
 
 // Calls visit(pixel, point in the sensor's frame) for a grid over the image, at the distance the sensor works at.
 template <typename Visit>
@@ -77,7 +111,7 @@ void for_each_grid_point(const Sensor& sensor, const Visit& visit) {
 
 // Points fixed to the mount.
 void add_projections(std::size_t s, const CalibrationState& truth, const BundleResult& found,
-                     std::vector<Region>& regions) {
+                     double degrees_of_variance, std::vector<Region>& regions) {
   const Sensor& true_sensor = truth.rig.sensors[s];
   const Sensor& sensor = found.state.rig.sensors[s];
   const std::size_t lens_owner = sensor.lens_of.value_or(s);
@@ -91,13 +125,15 @@ void add_projections(std::size_t s, const CalibrationState& truth, const BundleR
     jacobian << projection->d_parameters, projection->d_point * d_transformed_d_pose(sensor.sensor_from_mount, point);
     const Eigen::Matrix2d of_pixel = jacobian * covariance * jacobian.transpose();
     const Eigen::Vector2d error = projection->pixel - pixel;
-    regions.push_back({"projection of " + sensor.name, 2, error.dot(Eigen::Vector2d(of_pixel.ldlt().solve(error)))});
+    regions.push_back({"projection of " + sensor.name, 2, error.dot(Eigen::Vector2d(of_pixel.ldlt().solve(error))),
+                       degrees_of_variance});
   });
 }
 
 // Points fixed to what was seen: the estimate's bodies are off by their mean motion, and take the points along.
 void add_fixed_to_bodies(std::size_t s, const CoverageCampaign& campaign, const BundleResult& found,
-                         const std::map<Mount, Vector6d>& body_motions, std::vector<Region>& regions) {
+                         const std::map<Mount, Vector6d>& body_motions, double degrees_of_variance,
+                         std::vector<Region>& regions) {
   Rig rig = found.state.rig;
   rig.covariance = rig_covariance(found);
   const auto uncertainty = ProjectionUncertainty::create(rig, s);
@@ -116,7 +152,7 @@ void add_fixed_to_bodies(std::size_t s, const CoverageCampaign& campaign, const 
     if (!seen || !covariance) return;
     const Eigen::Vector2d error = *seen - pixel;
     regions.push_back({"projection of " + true_sensor.name + ", fixed to bodies", 2,
-                       error.dot(Eigen::Vector2d(covariance->ldlt().solve(error)))});
+                       error.dot(Eigen::Vector2d(covariance->ldlt().solve(error))), degrees_of_variance});
   });
 }
 
@@ -136,30 +172,35 @@ std::map<Mount, Vector6d> motions_of_bodies(const CoverageCampaign& campaign, co
   return motions;
 }
 
-Expected<BundleResult> estimated(const CoverageCampaign& campaign) {
-  if (!campaign.measured) return refine(campaign.start, campaign.observations, campaign.options);
-  auto calibration = calibrate(*campaign.measured, {});
-  if (!calibration) return tl::unexpected(calibration.error());
-  return std::move(calibration->bundle);
+Expected<Calibration> estimated(const CoverageCampaign& campaign) {
+  if (campaign.measured) return calibrate(*campaign.measured, {});
+  auto bundle = refine(campaign.start, campaign.observations, campaign.options);
+  if (!bundle) return tl::unexpected(bundle.error());
+  return Calibration{.start = campaign.start, .bundle = std::move(*bundle), .priors = campaign.options.priors};
 }
 
 Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const FreshStations* fresh,
                std::mt19937_64& random) {
-  const auto found = estimated(campaign);
-  if (!found) return {{}, {}, found.error().message};
+  const auto calibration = estimated(campaign);
+  if (!calibration) return {{}, {}, calibration.error().message};
+  const BundleResult& found = calibration->bundle;
+  const Observations& seen = campaign.measured ? campaign.measured->observations : campaign.observations;
+  const DegreesOfVariance degrees(seen, *calibration);
   Score score;
-  const std::map<Mount, Vector6d> body_motions = motions_of_bodies(campaign, *found);
+  const std::map<Mount, Vector6d> body_motions = motions_of_bodies(campaign, found);
   const Rig& rig = campaign.truth.rig;
   std::vector<BlockId> all, leds, scales;
   for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+    const std::string& name = rig.sensors[s].name;
     const BlockId lens{BlockId::Kind::lens, s}, mount{BlockId::Kind::mount, s};
     if (judge_parameters) {
-      add_region("lens of " + rig.sensors[s].name, errors_of({lens}, campaign.truth, *found), score.regions);
-      add_region("mount of " + rig.sensors[s].name, errors_of({mount}, campaign.truth, *found), score.regions);
+      for (const auto& [part, block] : {std::pair("lens of " + name, lens), std::pair("mount of " + name, mount)}) {
+        add_region(part, errors_of({block}, campaign.truth, found), degrees.of(part), score.regions);
+      }
+      add_projections(s, campaign.truth, found, degrees.of("lens of " + name), score.regions);
     }
-    if (judge_parameters) add_projections(s, campaign.truth, *found, score.regions);
     if (body_motions.contains(rig.sensors[s].mount)) {
-      add_fixed_to_bodies(s, campaign, *found, body_motions, score.regions);
+      add_fixed_to_bodies(s, campaign, found, body_motions, degrees.of("lens of " + name), score.regions);
     }
     all.push_back(lens);
     all.push_back(mount);
@@ -167,16 +208,20 @@ Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const Fr
   if (!judge_parameters) return score;
   for (std::size_t l = 0; l < rig.leds.size(); ++l) leds.push_back({BlockId::Kind::led, l});
   for (std::size_t b = 0; b < campaign.truth.boards.size(); ++b) scales.push_back({BlockId::Kind::scale, b});
-  if (!leds.empty()) add_region("LEDs", errors_of(leds, campaign.truth, *found), score.regions);
-  add_region("scales", errors_of(scales, campaign.truth, *found), score.regions);
+  if (!leds.empty()) add_region("LEDs", errors_of(leds, campaign.truth, found), degrees.of("LED "), score.regions);
+  // A certificate tells them.
+  add_region("scales", errors_of(scales, campaign.truth, found), kInfinity, score.regions);
   all.insert(all.end(), leds.begin(), leds.end());
   all.insert(all.end(), scales.begin(), scales.end());
-  score.all = errors_of(all, campaign.truth, *found);
-  add_region("all parameters", score.all, score.regions);
+  score.all = errors_of(all, campaign.truth, found);
+  add_region("all parameters", score.all, degrees.of_all(), score.regions);
   if (fresh == nullptr) return score;
-  const auto measured = measure_fresh(*fresh, *found, random);
+  const auto measured = measure_fresh(*fresh, found, random);
   if (!measured) return {{}, {}, measured.error().message};
-  for (const MeasuredError& of : *measured) add_region(of.quantity, {of.error, of.covariance}, score.regions);
+  // The larger part of these are their own readings, whose sigma the rig states.
+  for (const MeasuredError& of : *measured) {
+    add_region(of.quantity, {of.error, of.covariance}, kInfinity, score.regions);
+  }
   return score;
 }
 
@@ -217,6 +262,10 @@ class Directions {
   int count_ = 0;
 };
 
+double f_mean(double degrees_of_variance) {
+  return std::isfinite(degrees_of_variance) ? degrees_of_variance / (degrees_of_variance - 2) : 1;
+}
+
 // By quantity, in the order in which they first came.
 class Table {
  public:
@@ -229,8 +278,9 @@ class Table {
         rows_.push_back({region.quantity, region.dimension});
         found = rows_.end() - 1;
       }
-      found->coverage95 += chi_square_tail(region.square, region.dimension) >= kOutside ? 1 : 0;
-      found->nees_per_dof += region.square / region.dimension;
+      const double f = region.square / region.dimension;
+      found->coverage95 += f_tail(f, region.dimension, region.degrees_of_variance) >= kOutside ? 1 : 0;
+      found->nees_per_dof += f / f_mean(region.degrees_of_variance);
       found->regions = std::max(found->regions, ++of_campaign[region.quantity]);
       found->trials += of_campaign[region.quantity] == 1 ? 1 : 0;
     }

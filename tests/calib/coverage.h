@@ -1,9 +1,10 @@
 // Whether stated uncertainties are true: how often regions of 95 % contain what is true, over many campaigns.
 //
-// A region is { x : (x - estimate)' C^-1 (x - estimate) <= q }, q the 95 % quantile of chi-square with its dimension n.
+// A region is { x : (x - estimate)' C^-1 (x - estimate) <= n q }, n its dimension and q the 95 % quantile of F with n
+// and as many degrees of freedom nu as C has: those of the budget for its parameters together, since sigma is estimated
+// from the same data (Hotelling, Annals of Mathematical Statistics, 1931). Where none of it is, F is chi-square over n.
 // The square itself (normalised estimation error squared, NEES; Bar-Shalom, Li & Kirubarajan 2001, section 5.4) has the
-// mean n where C is true. sigma is estimated from the same data; that q is chi-square's and not F's costs 1 /
-// redundancy.
+// mean n nu / (nu - 2) where C is true, and is given over that.
 //
 // Quantities of a campaign
 //   lens of S, mount of S, LEDs, scales   each a region of the parameters' tangents

@@ -1,0 +1,22 @@
+#include "solvers/distribution_tails.h"
+
+#include <cmath>
+
+#include <boost/math/special_functions/beta.hpp>
+#include <boost/math/special_functions/gamma.hpp>
+
+namespace crumple {
+
+double chi_square_tail(double x, int degrees) {
+  if (degrees <= 0 || !(x > 0)) return 1;
+  return std::isfinite(x) ? boost::math::gamma_q(degrees / 2.0, x / 2) : 0;
+}
+
+double f_tail(double f, int degrees, double of_variance) {
+  if (degrees <= 0 || !(f > 0)) return 1;
+  if (!std::isfinite(of_variance)) return chi_square_tail(f * degrees, degrees);
+  if (!std::isfinite(f)) return 0;
+  return boost::math::ibetac(degrees / 2.0, of_variance / 2, degrees * f / (of_variance + degrees * f));
+}
+
+}  // namespace crumple

@@ -1,0 +1,14 @@
+// Upper tails of the distributions that sums of squares of a fit follow.
+#pragma once
+
+namespace crumple {
+
+// P(chi-square of that many degrees of freedom > x). 1 with no degrees of freedom or x <= 0.
+double chi_square_tail(double x, int degrees);
+
+// P(F > f) of `degrees` over `of_variance` degrees of freedom (infinite: chi-square over its degrees): what the square
+// of an error by its covariance, over its dimension, follows where the variance itself was estimated with `of_variance`
+// degrees of freedom (Hotelling, Annals of Mathematical Statistics, 1931). 1 with no degrees of freedom or f <= 0.
+double f_tail(double f, int degrees, double of_variance);
+
+}  // namespace crumple
