@@ -220,9 +220,11 @@ class TiffReader {
   bool little_;
 };
 
+// Without the white space OpenCV would take the file for none of its own and try decoders that nobody asked for, such
+// as GDCM's, which aborts on what is no DICOM file.
 bool is_pnm(Bytes bytes) {
-  return bytes.size() >= 2 && bytes[0] == 'P' &&
-         (bytes[1] == '2' || bytes[1] == '3' || bytes[1] == '5' || bytes[1] == '6');
+  return bytes.size() >= 3 && bytes[0] == 'P' &&
+         (bytes[1] == '2' || bytes[1] == '3' || bytes[1] == '5' || bytes[1] == '6') && std::isspace(bytes[2]) != 0;
 }
 
 }  // namespace

@@ -129,6 +129,17 @@ TEST(ImageIo, RefusesHeadersThatStateMoreThanTheirBytesHold) {
   EXPECT_THAT(message_with(tiff, 0, {}), HasSubstr("more pixels than its bytes can hold"));
 }
 
+// Found by fuzzing: what OpenCV does not take for a PPM went to its DICOM decoder, which ended the program.
+TEST(ImageIo, NoOtherFormatHidesBehindAKnownStart) {
+  const std::string dicom = "P3x 1 1 255 1 2 3" + std::string(111, ' ') + "DICM" + std::string(3, '\1');
+  EXPECT_THAT(decode_image(Bytes(dicom.begin(), dicom.end()), "frame").error().message,
+              HasSubstr("is not a PNG, TIFF, BMP, PGM or JPEG"));
+  const std::string grey = "P5 16 16 255\n" + std::string(115, ' ') + "DICM" + std::string(137, '\1');
+  const auto decoded = decode_image(Bytes(grey.begin(), grey.end()), "frame");
+  ASSERT_TRUE(decoded) << decoded.error().message;
+  EXPECT_EQ(decoded->at<unsigned char>(7, 3), 'D');
+}
+
 TEST(ImageIo, TakesBlankImagesHoweverWellTheyCompress) {
   const cv::Mat blank = cv::Mat::zeros(2048, 2048, CV_8U);
   for (const std::string extension : {".png", ".tiff", ".jpg"}) {
