@@ -77,6 +77,44 @@ double intensity(const cv::Mat& image8, const Eigen::Vector2d& pixel) {
   return cv::mean(image8(cv::Rect(x - 1, y - 1, 3, 3)))[0];
 }
 
+// The step to the next corner along the rows (or columns), where there is one on either side by central difference.
+Eigen::Vector2d step_at(const Grid& grid, int row, int column, int along_row, int along_column) {
+  const auto clamped = [&](int sign) -> const Eigen::Vector2d& {
+    return grid.at(std::clamp(row + sign * along_row, 0, grid.rows - 1),
+                   std::clamp(column + sign * along_column, 0, grid.columns - 1));
+  };
+  const int last = along_row != 0 ? grid.rows - 1 : grid.columns - 1;
+  const int index = along_row != 0 ? row : column;
+  return (clamped(1) - clamped(-1)) / (index == 0 || index == last ? 1 : 2);
+}
+
+// Whether the squares about a corner are dark and light in turns, by a good part of their contrast. Beyond a board's
+// rim there are no squares, and two of the four are alike. Close to the corner, for the outermost squares of some
+// prints are cut.
+bool is_crossing(const cv::Mat& image8, const Grid& grid, int row, int column) {
+  const Eigen::Vector2d along = 0.3 * step_at(grid, row, column, 0, 1), across = 0.3 * step_at(grid, row, column, 1, 0);
+  const auto square = [&](int x, int y) { return intensity(image8, grid.at(row, column) + x * along + y * across); };
+  const double a = square(-1, -1), b = square(1, 1), c = square(1, -1), d = square(-1, 1);
+  const double gap = std::max(std::min(a, b) - std::max(c, d), std::min(c, d) - std::max(a, b));
+  return gap > 0.25 * (std::max({a, b, c, d}) - std::min({a, b, c, d}));
+}
+
+// OpenCV's detector takes a board's rim for a row of corners now and then, and leaves out the row at the other end.
+bool reaches_over_the_rim(const cv::Mat& image8, const Grid& grid) {
+  const auto mostly_none = [&](int count, const auto& crossing) {
+    int crossings = 0;
+    for (int i = 0; i < count; ++i) crossings += crossing(i) ? 1 : 0;
+    return 2 * crossings < count;
+  };
+  for (const int row : {0, grid.rows - 1}) {
+    if (mostly_none(grid.columns, [&](int i) { return is_crossing(image8, grid, row, i); })) return true;
+  }
+  for (const int column : {0, grid.columns - 1}) {
+    if (mostly_none(grid.rows, [&](int i) { return is_crossing(image8, grid, i, column); })) return true;
+  }
+  return false;
+}
+
 // Whether the square between corner (0,0) and (1,1) is dark, by the majority of all squares inside the grid.
 bool first_square_dark(const cv::Mat& image8, const Grid& grid) {
   int votes = 0;
@@ -162,17 +200,6 @@ Expected<Placement> place(const cv::Mat& image8, const Grid& upright, int column
   return Placement{grid, *start};
 }
 
-// The step to the next corner along the rows (or columns), where there is one on either side by central difference.
-Eigen::Vector2d step_at(const Grid& grid, int row, int column, int along_row, int along_column) {
-  const auto clamped = [&](int sign) -> const Eigen::Vector2d& {
-    return grid.at(std::clamp(row + sign * along_row, 0, grid.rows - 1),
-                   std::clamp(column + sign * along_column, 0, grid.columns - 1));
-  };
-  const int last = along_row != 0 ? grid.rows - 1 : grid.columns - 1;
-  const int index = along_row != 0 ? row : column;
-  return (clamped(1) - clamped(-1)) / (index == 0 || index == last ? 1 : 2);
-}
-
 DetectedBoard refined(const cv::Mat& image, const Placement& placement, int board_columns) {
   const Grid& grid = placement.grid;
   DetectedBoard board;
@@ -204,6 +231,13 @@ std::optional<Grid> aligned(Grid grid, int columns, int rows) {
   return x.x() * y.y() - x.y() * y.x() < 0 ? mirrored(grid) : grid;
 }
 
+// What OpenCV's detector is asked for.
+struct Search {
+  int columns;
+  int rows;
+  int flags;
+};
+
 }  // namespace
 
 Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows) {
@@ -216,10 +250,14 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   constexpr int kExhaustive = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_EXHAUSTIVE;
   constexpr int kNormalised = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_NORMALIZE_IMAGE;
   try {
-    auto grid = find_grid(image8, columns, rows, kPlain);
-    if (!grid) grid = find_grid(image8, columns, rows, kExhaustive);
-    if (!grid) grid = find_grid(image8, columns, rows, kNormalised);
-    if (!grid) grid = find_grid(image8, kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER);
+    std::optional<Grid> grid;
+    for (const auto& [along, across, flags] :
+         {Search{columns, rows, kPlain}, Search{columns, rows, kExhaustive}, Search{columns, rows, kNormalised},
+          Search{kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER}}) {
+      grid = find_grid(image8, along, across, flags);
+      if (grid && !reaches_over_the_rim(image8, *grid)) break;
+      grid.reset();
+    }
     if (!grid) return fail(fmt::format("no chessboard with {} x {} inner corners found", columns, rows));
     const auto upright = aligned(*grid, columns, rows);
     if (!upright) {
