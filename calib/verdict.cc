@@ -14,8 +14,8 @@
 #include "calib/moved_sensor.h"
 #include "calib/rig_prior.h"
 #include "calib/unseen_parts.h"
-#include "solvers/distribution_tails.h"
 #include "solvers/decompositions.h"
+#include "solvers/distribution_tails.h"
 
 namespace crumple {
 namespace {

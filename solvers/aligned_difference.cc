@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "solvers/distribution_tails.h"
 #include "solvers/decompositions.h"
+#include "solvers/distribution_tails.h"
 
 namespace crumple {
 namespace {

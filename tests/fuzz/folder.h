@@ -27,7 +27,8 @@ inline void unpack(const std::string& input, const std::filesystem::path& folder
     const std::size_t slash = name.find('/');
     const std::string parent = slash == std::string::npos ? "" : name.substr(0, slash);
     const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
-    if (!(parent.empty() || stays_in_its_folder(parent)) || !stays_in_its_folder(file) || end_of_line >= input.size()) continue;
+    if (!(parent.empty() || stays_in_its_folder(parent)) || !stays_in_its_folder(file) || end_of_line >= input.size())
+      continue;
     std::error_code ignored;
     std::filesystem::create_directory(folder / parent, ignored);
     write_content(folder / parent / file, input.substr(end_of_line + 1, at - end_of_line - 1));
