@@ -77,6 +77,11 @@ double intensity(const cv::Mat& image8, const Eigen::Vector2d& pixel) {
   return cv::mean(image8(cv::Rect(x - 1, y - 1, 3, 3)))[0];
 }
 
+bool inside(const cv::Mat& image, const Eigen::Vector2d& pixel, double margin_px) {
+  return pixel.x() > margin_px && pixel.y() > margin_px && pixel.x() < image.cols - 1 - margin_px &&
+         pixel.y() < image.rows - 1 - margin_px;
+}
+
 // The step to the next corner along the rows (or columns), where there is one on either side by central difference.
 Eigen::Vector2d step_at(const Grid& grid, int row, int column, int along_row, int along_column) {
   const auto clamped = [&](int sign) -> const Eigen::Vector2d& {
@@ -93,6 +98,11 @@ Eigen::Vector2d step_at(const Grid& grid, int row, int column, int along_row, in
 // prints are cut.
 bool is_crossing(const cv::Mat& image8, const Grid& grid, int row, int column) {
   const Eigen::Vector2d along = 0.3 * step_at(grid, row, column, 0, 1), across = 0.3 * step_at(grid, row, column, 1, 0);
+  for (const int x : {-1, 1}) {
+    for (const int y : {-1, 1}) {
+      if (!inside(image8, grid.at(row, column) + x * along + y * across, 1)) return true;  // it cannot be told
+    }
+  }
   const auto square = [&](int x, int y) { return intensity(image8, grid.at(row, column) + x * along + y * across); };
   const double a = square(-1, -1), b = square(1, 1), c = square(1, -1), d = square(-1, 1);
   const double gap = std::max(std::min(a, b) - std::max(c, d), std::min(c, d) - std::max(a, b));
@@ -139,11 +149,6 @@ Expected<int> start_along(int found, int all, bool first_end_in_image, bool last
     return fail("only part of the board is visible and it cannot be told which: show it whole, or cut off at one end");
   }
   return first_end_in_image ? 0 : all - found;
-}
-
-bool inside(const cv::Mat& image, const Eigen::Vector2d& pixel, double margin_px) {
-  return pixel.x() > margin_px && pixel.y() > margin_px && pixel.x() < image.cols - 1 - margin_px &&
-         pixel.y() < image.rows - 1 - margin_px;
 }
 
 // Whether the corners one step beyond an end, extrapolated, all lie in the image, with the half square about them that
@@ -251,12 +256,20 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   constexpr int kNormalised = cv::CALIB_CB_ACCURACY | cv::CALIB_CB_NORMALIZE_IMAGE;
   try {
     std::optional<Grid> grid;
+    bool rim = false;
     for (const auto& [along, across, flags] :
          {Search{columns, rows, kPlain}, Search{columns, rows, kExhaustive}, Search{columns, rows, kNormalised},
           Search{kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER}}) {
       grid = find_grid(image8, along, across, flags);
-      if (grid && !reaches_over_the_rim(image8, *grid)) break;
+      if (!grid) continue;
+      if (!reaches_over_the_rim(image8, *grid)) break;
+      rim = true;
       grid.reset();
+    }
+    if (!grid && rim) {
+      return fail(
+          "the outermost corners found have no dark and light squares about them: show the board's rim free of "
+          "shadows, glare and whatever covers it");
     }
     if (!grid) return fail(fmt::format("no chessboard with {} x {} inner corners found", columns, rows));
     const auto upright = aligned(*grid, columns, rows);

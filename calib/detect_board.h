@@ -6,6 +6,8 @@
 //     corner 0 is dark. Where both are even or both odd the print looks the same after half a turn; then x is taken to
 //     point to the right in the image, so cameras that see one board together must be upright to within 60 degrees of
 //     each other;
+//   * the outermost corners must have dark and light squares about them in turns, at least along half of each line: a
+//     board's rim is taken for corners now and then. Where every search finds such a grid, the image is refused;
 //   * a square grid (columns = rows) would have four such orders and is refused;
 //   * a partial board is placed by its visible ends: along each direction in which corners are missing, exactly one end
 //     must be cut off by the image's border. Anything else is ambiguous and is refused.

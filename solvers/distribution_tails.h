@@ -7,8 +7,9 @@ namespace crumple {
 double chi_square_tail(double x, int degrees);
 
 // P(F > f) of `degrees` over `of_variance` degrees of freedom (infinite: chi-square over its degrees): what the square
-// of an error by its covariance, over its dimension, follows where the variance itself was estimated with `of_variance`
-// degrees of freedom (Hotelling, Annals of Mathematical Statistics, 1931). 1 with no degrees of freedom or f <= 0.
+// of an error by its covariance, over its dimension, follows where that covariance is known up to one factor that was
+// estimated with `of_variance` degrees of freedom (Scheffe, The Analysis of Variance, 1959, section 2.3). 1 with no
+// degrees of freedom or f <= 0.
 double f_tail(double f, int degrees, double of_variance);
 
 }  // namespace crumple

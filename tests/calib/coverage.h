@@ -2,9 +2,10 @@
 //
 // A region is { x : (x - estimate)' C^-1 (x - estimate) <= n q }, n its dimension and q the 95 % quantile of F with n
 // and as many degrees of freedom nu as C has: those of the budget for its parameters together, since sigma is estimated
-// from the same data (Hotelling, Annals of Mathematical Statistics, 1931). Where none of it is, F is chi-square over n.
-// The square itself (normalised estimation error squared, NEES; Bar-Shalom, Li & Kirubarajan 2001, section 5.4) has the
-// mean n nu / (nu - 2) where C is true, and is given over that.
+// from the same data (solvers/distribution_tails.h). That is exact where one sigma is estimated; of several groups nu
+// comes from their mean shares and is too large by some, so that NEES and what is outside may be expected 1 % high.
+// Where no sigma is estimated F is chi-square over n. The square itself (normalised estimation error squared, NEES;
+// Bar-Shalom, Li & Kirubarajan 2001, section 5.4) has the mean n nu / (nu - 2) where C is true, and is given over that.
 //
 // Quantities of a campaign
 //   lens of S, mount of S, LEDs, scales   each a region of the parameters' tangents
