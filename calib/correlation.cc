@@ -1,8 +1,10 @@
 #include "calib/correlation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "solvers/parallel.h"
@@ -11,7 +13,8 @@ namespace crumple {
 namespace {
 
 constexpr std::size_t kRings = 40;
-constexpr int kModes = 6;  // 1, x, y, x^2, x y, y^2
+constexpr int kHighestDegree = 4;
+constexpr int kLowestDegree = 2;  // below it a view's pose takes nearly all
 constexpr int kEnoughPerMode = 4;
 constexpr double kEnoughModes = 20;
 
@@ -78,45 +81,75 @@ double mean_spacing_px(const std::vector<CornerView>& views) {
   return count > 0 ? std::max(1.0, sum / count) : 1;
 }
 
-// Orthonormal polynomials over the accepted observations of a view; zero rows for the others. No columns where too few
-// observations are accepted.
-Eigen::MatrixXd smooth_modes(const std::vector<Eigen::Vector2d>& pixels, const std::vector<char>& inlier) {
-  const auto n = static_cast<Eigen::Index>(pixels.size());
-  const auto accepted = static_cast<double>(std::count_if(inlier.begin(), inlier.end(), [](char c) { return c != 0; }));
-  if (accepted < kEnoughPerMode * kModes) return Eigen::MatrixXd(n, 0);
+constexpr int polynomials(int degree) { return (degree + 1) * (degree + 2) / 2; }
+
+// Orthonormal polynomials over the accepted observations of a view, a column each with its degree; zero rows for the
+// other observations. None where too few are accepted.
+struct SmoothModes {
+  Eigen::MatrixXd columns;
+  std::vector<int> degrees;
+};
+
+Eigen::MatrixXd monomials(const std::vector<Eigen::Vector2d>& pixels, const std::vector<char>& inlier, int degree) {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double accepted = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (inlier[i]) mean += pixels[i] / accepted;
+    if (!inlier[i]) continue;
+    mean += pixels[i];
+    ++accepted;
   }
-  Eigen::MatrixXd modes = Eigen::MatrixXd::Zero(n, kModes);
+  mean /= accepted;
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pixels.size()), polynomials(degree));
   for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (!inlier[i]) continue;
     constexpr double kScale_px = 200;  // any length: it only keeps the powers comparable
     const Eigen::Vector2d p = (pixels[i] - mean) / kScale_px;
-    if (inlier[i])
-      modes.row(static_cast<Eigen::Index>(i)) << 1, p.x(), p.y(), p.x() * p.x(), p.x() * p.y(), p.y() * p.y();
-  }
-  // Gram and Schmidt, twice for the rounding.
-  for (int pass = 0; pass < 2; ++pass) {
-    for (int k = 0; k < kModes; ++k) {
-      modes.col(k) -= modes.leftCols(k) * (modes.leftCols(k).transpose() * modes.col(k)).eval();
-      const double norm = modes.col(k).norm();
-      if (norm < 1e-9) return Eigen::MatrixXd(n, 0);
-      modes.col(k) /= norm;
+    auto row = values.row(static_cast<Eigen::Index>(i));
+    row[0] = 1;
+    // Those of a degree are those of the degree before times x, and its last times y.
+    for (int d = 1; d <= degree; ++d) {
+      const int first = polynomials(d - 1);
+      row.segment(first, d) = p.x() * row.segment(polynomials(d - 2), d);
+      row[first + d] = p.y() * row[first - 1];
     }
   }
+  return values;
+}
+
+SmoothModes smooth_modes(const std::vector<Eigen::Vector2d>& pixels, const std::vector<char>& inlier) {
+  const auto accepted = std::count_if(inlier.begin(), inlier.end(), [](char c) { return c != 0; });
+  int degree = kHighestDegree;
+  while (degree >= kLowestDegree && accepted < kEnoughPerMode * polynomials(degree)) --degree;
+  if (degree < kLowestDegree) return {};
+  // Gram and Schmidt, twice for the rounding; without what depends on others, as x^3 on three columns of corners.
+  SmoothModes modes{monomials(pixels, inlier, degree), {}};
+  Eigen::Index kept = 0;
+  for (int d = 0; d <= degree; ++d) {
+    for (Eigen::Index k = polynomials(d - 1); k < polynomials(d); ++k) {
+      Eigen::VectorXd mode = modes.columns.col(k).normalized();
+      for (int pass = 0; pass < 2; ++pass) {
+        mode -= modes.columns.leftCols(kept) * (modes.columns.leftCols(kept).transpose() * mode).eval();
+      }
+      if (!(mode.norm() > 1e-9)) continue;
+      modes.columns.col(kept++) = mode.normalized();
+      modes.degrees.push_back(d);
+    }
+  }
+  modes.columns.conservativeResize(Eigen::NoChange, kept);
   return modes;
 }
 
+// Squares of the residuals along the polynomials of each degree, over sigma, and what is expected of uncorrelated ones.
 struct ModeSums {
-  double squares = 0;
-  double expected = 0;
+  std::array<double, kHighestDegree + 1> squares = {};
+  std::array<double, kHighestDegree + 1> expected = {};
 };
 
 ModeSums mode_sums(const View& view, const std::vector<Eigen::Vector2d>& pixels, const ViewSummary& summary,
                    double sigma_px, const BundleResult& bundle) {
-  const Eigen::MatrixXd modes = smooth_modes(pixels, summary.inlier);
+  const SmoothModes modes = smooth_modes(pixels, summary.inlier);
   ViewEvaluation at;
-  if (modes.cols() == 0 || !view.evaluate(bundle.state, true, at)) return {};
+  if (modes.degrees.empty() || !view.evaluate(bundle.state, true, at)) return {};
   const Eigen::MatrixXd covariance = bundle.covariance.of(view.blocks(), bundle.state) / (sigma_px * sigma_px);
   const Eigen::MatrixXd local_covariance = at.local_from_blocks * covariance * at.local_from_blocks.transpose();
   const Eigen::Index d = view.dimension(), columns = at.jacobian.cols();
@@ -126,22 +159,48 @@ ModeSums mode_sums(const View& view, const std::vector<Eigen::Vector2d>& pixels,
                                                                                view.size(), Eigen::InnerStride<>(d));
     const Eigen::Map<const RowMajorMatrix, 0, Eigen::OuterStride<>> jacobian(
         at.jacobian.data() + coordinate * columns, view.size(), columns, Eigen::OuterStride<>(d * columns));
-    const Eigen::MatrixXd by_mode = modes.transpose() * jacobian;
-    sums.squares += (modes.transpose() * residuals).squaredNorm() / (sigma_px * sigma_px);
-    sums.expected += kModes - (by_mode * local_covariance).cwiseProduct(by_mode).sum();
+    const Eigen::MatrixXd by_mode = modes.columns.transpose() * jacobian;
+    const Eigen::VectorXd left = modes.columns.transpose() * residuals / sigma_px;
+    const Eigen::VectorXd fitted = (by_mode * local_covariance).cwiseProduct(by_mode).rowwise().sum();
+    for (std::size_t k = 0; k < modes.degrees.size(); ++k) {
+      const auto degree = static_cast<std::size_t>(modes.degrees[k]);
+      const auto row = static_cast<Eigen::Index>(k);
+      sums.squares[degree] += left[row] * left[row];
+      sums.expected[degree] += 1 - fitted[row];
+    }
   }
   return sums;
 }
 
-double far_inflation(const std::vector<ModeSums>& views) {
+ModeSums sum_of(const std::vector<ModeSums>& views) {
   ModeSums all;
   for (const ModeSums& view : views) {
-    all.squares += view.squares;
-    all.expected += view.expected;
+    for (std::size_t d = 0; d < all.squares.size(); ++d) {
+      all.squares[d] += view.squares[d];
+      all.expected[d] += view.expected[d];
+    }
   }
-  if (all.expected < kEnoughModes) return 1;
-  const double ratio = all.squares / all.expected;
-  return ratio > 1 + std::sqrt(2 / all.expected) ? ratio : 1;
+  return all;
+}
+
+struct KnownInflation {
+  double factor = 1;
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
+};
+
+// All degrees together tell it best, but where the lower ones alone tell of more than their scatter above it, they
+// count.
+KnownInflation far_inflation(const ModeSums& sums) {
+  KnownInflation far;
+  for (int highest = kHighestDegree; highest >= kLowestDegree; --highest) {
+    const double squares = std::accumulate(sums.squares.begin(), sums.squares.begin() + highest + 1, 0.0);
+    const double expected = std::accumulate(sums.expected.begin(), sums.expected.begin() + highest + 1, 0.0);
+    if (expected < kEnoughModes) continue;
+    const bool best_known = highest == kHighestDegree;
+    const double ratio = squares / expected, least = best_known ? 1 : 1 + std::sqrt(2 / expected);
+    if (ratio > least * far.factor) far = {ratio, expected};
+  }
+  return far;
 }
 
 double group_sigma_px(const BundleResult& bundle, const ViewSummary& view) {
@@ -178,8 +237,13 @@ Inflation inflation(const Observations& observations, const BundleResult& bundle
     if (views[v]->kind() == View::Kind::stripes) stripe_sums.push_back(sums[v]);
   }
   constexpr double kStripeCell_px = 12;
-  return {std::max(near_inflation(corners, mean_spacing_px(observations.corners)), far_inflation(corner_sums)),
-          std::max(near_inflation(stripes, kStripeCell_px), far_inflation(stripe_sums))};
+  const auto larger = [](double near, const KnownInflation& far) {
+    return near > far.factor ? KnownInflation{near} : far;
+  };
+  const double near_corners = near_inflation(corners, mean_spacing_px(observations.corners));
+  const KnownInflation of_corners = larger(near_corners, far_inflation(sum_of(corner_sums)));
+  const KnownInflation of_stripes = larger(near_inflation(stripes, kStripeCell_px), far_inflation(sum_of(stripe_sums)));
+  return {of_corners.factor, of_stripes.factor, of_corners.degrees_of_freedom, of_stripes.degrees_of_freedom};
 }
 
 }  // namespace crumple

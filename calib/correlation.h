@@ -7,12 +7,16 @@
 // for their effective number n / D. Two estimates are made from the residuals of a refinement; the larger one counts.
 //   near   rho in rings about each observation of a view, as wide as stripe readings are thinned or corners are apart,
 //          out to the first ring where it does not exceed what uncorrelated observations would scatter by
-//   far    what is left of each view's residuals in the polynomials of second degree over the image, which is where the
-//          parameters take their information from: sum of squares over its expectation for uncorrelated observations,
+//   far    what is left of each view's residuals in the polynomials of up to fourth degree over the image, which is where
+//          the parameters take their information from: sum of squares over its expectation for uncorrelated observations,
 //            sum_k (q_k' r)^2 / sigma^2   over   sum_k (1 - q_k' J C J' q_k / sigma^2),   q_k orthonormal over the view
-//          It sees correlations that are too weak for the rings and reach over the whole view. It is used where it
-//          exceeds 1 by more than its own scatter, the root of 2 over that expectation.
+//          It sees correlations that are too weak for the rings and reach over much of a view. A view has polynomials
+//          for a quarter of its observations at most, so those of a small board end at a lower degree. The estimate has
+//          the scatter of a chi-square with that expectation as degrees of freedom, and its user has to say so. It is
+//          taken as it comes, but never below 1, which makes uncorrelated observations count for some percent less.
 #pragma once
+
+#include <limits>
 
 #include "solvers/bundle.h"
 
@@ -21,9 +25,16 @@ namespace crumple {
 struct Inflation {
   double corners = 1;
   double stripes = 1;
+  // How well they are known; infinite where correlation is seen by rings, or not at all.
+  double corner_degrees_of_freedom = std::numeric_limits<double>::infinity();
+  double stripe_degrees_of_freedom = std::numeric_limits<double>::infinity();
   double of(View::Kind kind) const {
     if (kind == View::Kind::corners) return corners;
     return kind == View::Kind::stripes ? stripes : 1;
+  }
+  double degrees_of_freedom(View::Kind kind) const {
+    if (kind == View::Kind::corners) return corner_degrees_of_freedom;
+    return kind == View::Kind::stripes ? stripe_degrees_of_freedom : std::numeric_limits<double>::infinity();
   }
 };
 

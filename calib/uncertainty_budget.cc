@@ -142,7 +142,9 @@ std::vector<BudgetSource> sources_of(const Calibration& calibration) {
   const BundleResult& bundle = calibration.bundle;
   std::vector<BudgetSource> sources;
   for (const GroupSummary& group : bundle.groups) {
-    const double effective = redundancy_of(group, bundle) / calibration.inflation.of(group.kind);
+    const Inflation& counted = calibration.inflation;
+    const double effective =
+        1 / (counted.of(group.kind) / redundancy_of(group, bundle) + 1 / counted.degrees_of_freedom(group.kind));
     sources.push_back({group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated,
                        group.sigma_estimated ? effective : kInfinity});
   }

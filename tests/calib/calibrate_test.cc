@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calib/correlation.h"
 #include "calib/verdict.h"
 #include "tests/calib/synthetic_data.h"
 
@@ -68,59 +67,6 @@ TEST(Calibrate, NamesWhatIsMissing) {
   const auto flat = calibrate(data_of(parallel), {});
   ASSERT_FALSE(flat);
   EXPECT_THAT(flat.error().message, testing::HasSubstr("focal length cannot be told"));
-}
-
-TEST(Correlation, IndependentReadingsCountForThemselves) {
-  const Synthetic made =
-      make_synthetic({.placements = 12, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
-  const auto bundle = refine(made.truth, made.observations, {});
-  ASSERT_TRUE(bundle);
-  const Inflation counted = inflation(made.observations, *bundle, 1);
-  EXPECT_LT(counted.stripes, 1.5);
-  EXPECT_LT(counted.corners, 1.2);
-}
-
-TEST(Correlation, ReadingsThatErrTogetherCountAsFew) {
-  Synthetic made =
-      make_synthetic({.placements = 12, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.02, .feature_sigma_px = 0.1});
-  for (StripeView& view : made.observations.stripes) {
-    for (std::size_t i = 0; i < view.coordinates_px.size(); ++i) {
-      view.coordinates_px[i] +=
-          0.08 * std::sin(view.camera_pixels[i].x() / 50) * std::cos(view.camera_pixels[i].y() / 50);
-    }
-  }
-  const auto bundle = refine(made.truth, made.observations, {});
-  ASSERT_TRUE(bundle);
-  EXPECT_GT(inflation(made.observations, *bundle, 1).stripes, 2);
-}
-
-// Far below the noise of a reading: rings of neighbours see a third of it (1.3).
-TEST(Correlation, AWeakErrorOverTheWholeViewCounts) {
-  Synthetic made =
-      make_synthetic({.placements = 12, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
-  double sign = 1;
-  for (StripeView& view : made.observations.stripes) {
-    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-    for (const Eigen::Vector2d& p : view.camera_pixels) mean += p / static_cast<double>(view.camera_pixels.size());
-    for (std::size_t i = 0; i < view.coordinates_px.size(); ++i) {
-      view.coordinates_px[i] += sign * 0.03 * (view.camera_pixels[i] - mean).prod() / 15000;
-    }
-    sign = -sign;
-  }
-  const auto bundle = refine(made.truth, made.observations, {});
-  ASSERT_TRUE(bundle);
-  EXPECT_GT(inflation(made.observations, *bundle, 1).stripes, 2);
-}
-
-TEST(Correlation, CornersOfABentSheetCountAsFew) {
-  Synthetic made =
-      make_synthetic({.placements = 12, .corner_sigma_px = 0.03, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1});
-  for (CornerView& view : made.observations.corners) {
-    for (Eigen::Vector2d& pixel : view.pixels) pixel.x() += 0.1 * std::sin(pixel.x() / 60) * std::cos(pixel.y() / 60);
-  }
-  const auto bundle = refine(made.truth, made.observations, {});
-  ASSERT_TRUE(bundle);
-  EXPECT_GT(inflation(made.observations, *bundle, 1).corners, 2);
 }
 
 TEST(Verdict, NamesABadViewAndFewPlacements) {

@@ -23,11 +23,17 @@ constexpr int kBatch = 64;
 constexpr double kOutside = 0.05;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// How well the variance of several parameters together is known.
+struct KnownVariance {
+  double degrees_of_freedom = kInfinity;
+  double mean_square = 1;  // of an error in n dimensions by its estimated covariance, over n, where that is true
+};
+
 struct Region {
   std::string quantity;
   int dimension = 0;
   double square = 0;  // of the error, by the covariance
-  double degrees_of_variance = kInfinity;
+  KnownVariance known = {};
 };
 
 // Errors of parameters in tangents at the estimate, and their covariance; without rows that were held.
@@ -37,9 +43,10 @@ struct ParameterErrors {
 };
 
 struct Score {
-  std::vector<Region> regions;
-  ParameterErrors all;
-  std::string failure;
+  std::vector<Region> regions = {};
+  ParameterErrors all = {};
+  KnownVariance all_known = {};
+  std::string failure = {};
 };
 
 ParameterErrors errors_of(const std::vector<BlockId>& blocks, const CalibrationState& truth,
@@ -59,42 +66,61 @@ ParameterErrors errors_of(const std::vector<BlockId>& blocks, const CalibrationS
   return {errors(estimated), covariance(estimated, estimated)};
 }
 
-void add_region(const std::string& quantity, const ParameterErrors& parameters, double degrees_of_variance,
+void add_region(const std::string& quantity, const ParameterErrors& parameters, const KnownVariance& known,
                 std::vector<Region>& regions) {
   if (parameters.errors.size() == 0) return;
   const Eigen::VectorXd sigma = parameters.covariance.diagonal().cwiseSqrt();
   const Eigen::VectorXd z = parameters.errors.cwiseQuotient(sigma);
   const Eigen::MatrixXd correlation =
       sigma.cwiseInverse().asDiagonal() * parameters.covariance * sigma.cwiseInverse().asDiagonal();
-  regions.push_back({quantity, static_cast<int>(z.size()), z.dot(correlation.ldlt().solve(z)), degrees_of_variance});
+  regions.push_back({quantity, static_cast<int>(z.size()), z.dot(correlation.ldlt().solve(z)), known});
 }
 
-// Of the variance of several parameters together: by Welch and Satterthwaite for the mean shares of what it is made of
-// (calib/uncertainty_budget.h), infinite where none of it was estimated.
-class DegreesOfVariance {
+// From the shares of what it is made of (calib/uncertainty_budget.h), each source's variance known from its degrees of
+// freedom nu_s. Of regions in n dimensions with the shares P_s, sum P_s = 1, to first order in 1/nu: what is common to
+// all directions is their mean, and as one chi-square (Welch and Satterthwaite) has 1/nu = sum (tr P_s / n)^2 / nu_s;
+// the mean of the square is n + 2 sum tr(P_s^2) / (nu_s - 2), exact of one source, with the squares of the diagonal for
+// the trace, which is all the budget has.
+class KnownVariances {
  public:
-  DegreesOfVariance(const Observations& observations, const Calibration& calibration)
+  KnownVariances(const Observations& observations, const Calibration& calibration)
       : budget_(uncertainty_budget(observations, calibration, 1)) {}
 
-  // Of parameters whose part of the rig is called something that begins so. Of points' pixels that of their lens is
-  // taken.
-  double of(const std::string& part) const {
-    std::vector<double> shares(budget_.sources.size(), 0);
-    double count = 0;
-    for (const BudgetEntry& entry : budget_.entries) {
-      if (entry.part.rfind(part, 0) != 0) continue;
-      for (std::size_t s = 0; s < shares.size(); ++s) shares[s] += entry.shares[s];
-      ++count;
-    }
-    double inverse = 0;
-    for (std::size_t s = 0; s < shares.size(); ++s) {
-      inverse += std::pow(shares[s] / std::max(1.0, count), 2) / budget_.sources[s].degrees_of_freedom;
-    }
-    return 1 / inverse;
+  // Of parameters whose part of the rig is called so. Of points' pixels that of their lens is taken.
+  KnownVariance of(const std::string& part) const {
+    return of_entries([&](const BudgetEntry& entry) { return entry.part == part; });
   }
-  double of_all() const { return of(""); }
+  KnownVariance of_leds() const {
+    return of_entries([](const BudgetEntry& entry) { return entry.part.rfind("LED ", 0) == 0; });
+  }
+  KnownVariance of_all() const {
+    return of_entries([](const BudgetEntry&) { return true; });
+  }
 
  private:
+  template <typename Chosen>
+  KnownVariance of_entries(const Chosen& chosen) const {
+    std::vector<double> shares(budget_.sources.size(), 0), squares(budget_.sources.size(), 0);
+    double count = 0;
+    for (const BudgetEntry& entry : budget_.entries) {
+      if (!chosen(entry)) continue;
+      ++count;
+      for (std::size_t s = 0; s < shares.size(); ++s) {
+        shares[s] += entry.shares[s];
+        squares[s] += entry.shares[s] * entry.shares[s];
+      }
+    }
+    if (count == 0) return {};
+    KnownVariance known;
+    double inverse = 0;
+    for (std::size_t s = 0; s < shares.size(); ++s) {
+      inverse += std::pow(shares[s] / count, 2) / budget_.sources[s].degrees_of_freedom;
+      known.mean_square += 2 * squares[s] / count / (budget_.sources[s].degrees_of_freedom - 2);
+    }
+    known.degrees_of_freedom = 1 / inverse;
+    return known;
+  }
+
   UncertaintyBudget budget_;
 };
 
@@ -112,7 +138,7 @@ void for_each_grid_point(const Sensor& sensor, const Visit& visit) {
 
 // Points fixed to the mount.
 void add_projections(std::size_t s, const CalibrationState& truth, const BundleResult& found,
-                     double degrees_of_variance, std::vector<Region>& regions) {
+                     const KnownVariance& known, std::vector<Region>& regions) {
   const Sensor& true_sensor = truth.rig.sensors[s];
   const Sensor& sensor = found.state.rig.sensors[s];
   const std::size_t lens_owner = sensor.lens_of.value_or(s);
@@ -126,14 +152,14 @@ void add_projections(std::size_t s, const CalibrationState& truth, const BundleR
     jacobian << projection->d_parameters, projection->d_point * d_transformed_d_pose(sensor.sensor_from_mount, point);
     const Eigen::Matrix2d of_pixel = jacobian * covariance * jacobian.transpose();
     const Eigen::Vector2d error = projection->pixel - pixel;
-    regions.push_back({"projection of " + sensor.name, 2, error.dot(Eigen::Vector2d(of_pixel.ldlt().solve(error))),
-                       degrees_of_variance});
+    regions.push_back(
+        {"projection of " + sensor.name, 2, error.dot(Eigen::Vector2d(of_pixel.ldlt().solve(error))), known});
   });
 }
 
 // Points fixed to what was seen: the estimate's bodies are off by their mean motion, and take the points along.
 void add_fixed_to_bodies(std::size_t s, const CoverageCampaign& campaign, const BundleResult& found,
-                         const std::map<Mount, Vector6d>& body_motions, double degrees_of_variance,
+                         const std::map<Mount, Vector6d>& body_motions, const KnownVariance& known,
                          std::vector<Region>& regions) {
   Rig rig = found.state.rig;
   rig.covariance = rig_covariance(found);
@@ -153,7 +179,7 @@ void add_fixed_to_bodies(std::size_t s, const CoverageCampaign& campaign, const 
     if (!seen || !covariance) return;
     const Eigen::Vector2d error = *seen - pixel;
     regions.push_back({"projection of " + true_sensor.name + ", fixed to bodies", 2,
-                       error.dot(Eigen::Vector2d(covariance->ldlt().solve(error))), degrees_of_variance});
+                       error.dot(Eigen::Vector2d(covariance->ldlt().solve(error))), known});
   });
 }
 
@@ -183,10 +209,10 @@ Expected<Calibration> estimated(const CoverageCampaign& campaign) {
 Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const FreshStations* fresh,
                std::mt19937_64& random) {
   const auto calibration = estimated(campaign);
-  if (!calibration) return {{}, {}, calibration.error().message};
+  if (!calibration) return {.failure = calibration.error().message};
   const BundleResult& found = calibration->bundle;
   const Observations& seen = campaign.measured ? campaign.measured->observations : campaign.observations;
-  const DegreesOfVariance degrees(seen, *calibration);
+  const KnownVariances known(seen, *calibration);
   Score score;
   const std::map<Mount, Vector6d> body_motions = motions_of_bodies(campaign, found);
   const Rig& rig = campaign.truth.rig;
@@ -194,14 +220,15 @@ Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const Fr
   for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
     const std::string& name = rig.sensors[s].name;
     const BlockId lens{BlockId::Kind::lens, s}, mount{BlockId::Kind::mount, s};
+    const KnownVariance of_lens = known.of("lens of " + rig.sensors[rig.sensors[s].lens_of.value_or(s)].name);
     if (judge_parameters) {
-      for (const auto& [part, block] : {std::pair("lens of " + name, lens), std::pair("mount of " + name, mount)}) {
-        add_region(part, errors_of({block}, campaign.truth, found), degrees.of(part), score.regions);
-      }
-      add_projections(s, campaign.truth, found, degrees.of("lens of " + name), score.regions);
+      add_region("lens of " + name, errors_of({lens}, campaign.truth, found), of_lens, score.regions);
+      const std::string part = "mount of " + name;
+      add_region(part, errors_of({mount}, campaign.truth, found), known.of(part), score.regions);
+      add_projections(s, campaign.truth, found, of_lens, score.regions);
     }
     if (body_motions.contains(rig.sensors[s].mount)) {
-      add_fixed_to_bodies(s, campaign, found, body_motions, degrees.of("lens of " + name), score.regions);
+      add_fixed_to_bodies(s, campaign, found, body_motions, of_lens, score.regions);
     }
     all.push_back(lens);
     all.push_back(mount);
@@ -209,19 +236,20 @@ Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const Fr
   if (!judge_parameters) return score;
   for (std::size_t l = 0; l < rig.leds.size(); ++l) leds.push_back({BlockId::Kind::led, l});
   for (std::size_t b = 0; b < campaign.truth.boards.size(); ++b) scales.push_back({BlockId::Kind::scale, b});
-  if (!leds.empty()) add_region("LEDs", errors_of(leds, campaign.truth, found), degrees.of("LED "), score.regions);
+  if (!leds.empty()) add_region("LEDs", errors_of(leds, campaign.truth, found), known.of_leds(), score.regions);
   // A certificate tells them.
-  add_region("scales", errors_of(scales, campaign.truth, found), kInfinity, score.regions);
+  add_region("scales", errors_of(scales, campaign.truth, found), {}, score.regions);
   all.insert(all.end(), leds.begin(), leds.end());
   all.insert(all.end(), scales.begin(), scales.end());
   score.all = errors_of(all, campaign.truth, found);
-  add_region("all parameters", score.all, degrees.of_all(), score.regions);
+  score.all_known = known.of_all();
+  add_region("all parameters", score.all, score.all_known, score.regions);
   if (fresh == nullptr) return score;
   const auto measured = measure_fresh(*fresh, found, random);
-  if (!measured) return {{}, {}, measured.error().message};
+  if (!measured) return {.failure = measured.error().message};
   // As if sigma were known, which that of the stripes is; with LEDs' from a hundred readings NEES comes out 1 % high.
   for (const MeasuredError& of : *measured) {
-    add_region(of.quantity, {of.error, of.covariance}, kInfinity, score.regions);
+    add_region(of.quantity, {of.error, of.covariance}, {}, score.regions);
   }
   return score;
 }
@@ -229,7 +257,7 @@ Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const Fr
 // Along fixed directions, those of the first campaign, by each campaign's own covariance.
 class Directions {
  public:
-  void add(const ParameterErrors& parameters) {
+  void add(const ParameterErrors& parameters, const KnownVariance& known) {
     if (parameters.errors.size() == 0) return;
     if (vectors_.size() == 0) {
       sigma_ = parameters.covariance.diagonal().cwiseSqrt();
@@ -242,7 +270,7 @@ class Directions {
     const Eigen::MatrixXd scaled = sigma_.cwiseInverse().asDiagonal() * vectors_;
     for (Eigen::Index i = 0; i < errors.size(); ++i) {
       const double variance = scaled.col(i).dot(parameters.covariance * scaled.col(i));
-      squares_[i] += errors[i] * errors[i] / variance;
+      squares_[i] += errors[i] * errors[i] / variance / known.mean_square;
     }
     ++count_;
   }
@@ -263,8 +291,9 @@ class Directions {
   int count_ = 0;
 };
 
-double f_mean(double degrees_of_variance) {
-  return std::isfinite(degrees_of_variance) ? degrees_of_variance / (degrees_of_variance - 2) : 1;
+// Of F with so many degrees of freedom of its denominator.
+double f_mean(double degrees_of_freedom) {
+  return std::isfinite(degrees_of_freedom) ? degrees_of_freedom / (degrees_of_freedom - 2) : 1;
 }
 
 // By quantity, in the order in which they first came.
@@ -274,33 +303,42 @@ class Table {
     std::map<std::string, int> of_campaign;
     for (const Region& region : regions) {
       auto found =
-          std::find_if(rows_.begin(), rows_.end(), [&](const auto& r) { return r.quantity == region.quantity; });
-      if (found == rows_.end()) {
-        rows_.push_back({region.quantity, region.dimension});
-        found = rows_.end() - 1;
+          std::find_if(sums_.begin(), sums_.end(), [&](const auto& s) { return s.row.quantity == region.quantity; });
+      if (found == sums_.end()) {
+        sums_.push_back({{region.quantity, region.dimension}});
+        found = sums_.end() - 1;
       }
-      const double f = region.square / region.dimension;
-      found->coverage95 += f_tail(f, region.dimension, region.degrees_of_variance) >= kOutside ? 1 : 0;
-      found->nees_per_dof += f / f_mean(region.degrees_of_variance);
-      found->regions = std::max(found->regions, ++of_campaign[region.quantity]);
-      found->trials += of_campaign[region.quantity] == 1 ? 1 : 0;
+      CoverageRow& row = found->row;
+      const double of_mean = region.square / region.dimension / region.known.mean_square;
+      const double degrees = region.known.degrees_of_freedom;
+      row.coverage95 += f_tail(of_mean * f_mean(degrees), region.dimension, degrees) >= kOutside ? 1 : 0;
+      row.nees_per_dof += of_mean;
+      row.regions = std::max(row.regions, ++of_campaign[region.quantity]);
+      row.trials += of_campaign[region.quantity] == 1 ? 1 : 0;
+      found->common_variance += 2 / degrees;
     }
   }
 
   std::vector<CoverageRow> rows() const {
-    std::vector<CoverageRow> rows = rows_;
-    for (CoverageRow& row : rows) {
+    std::vector<CoverageRow> rows;
+    for (const Sums& sums : sums_) {
+      CoverageRow row = sums.row;
       const double count = static_cast<double>(row.trials) * row.regions;
       row.coverage95 /= count;
       row.nees_per_dof /= count;
       row.coverage_error = std::sqrt(kOutside * (1 - kOutside) / row.trials);
-      row.nees_error = std::sqrt(2.0 / (row.dimension * row.trials));
+      row.nees_error = std::sqrt((2.0 / row.dimension + sums.common_variance / count) / row.trials);
+      rows.push_back(row);
     }
     return rows;
   }
 
  private:
-  std::vector<CoverageRow> rows_;
+  struct Sums {
+    CoverageRow row;
+    double common_variance = 0;  // of the estimated variances, common to all directions of a region; over their squares
+  };
+  std::vector<Sums> sums_;
 };
 
 }  // namespace
@@ -329,7 +367,7 @@ CoverageResult measure_coverage(const CoverageConfiguration& configuration, std:
         continue;
       }
       table.add(score.regions);
-      directions.add(score.all);
+      directions.add(score.all, score.all_known);
     }
     if (report) report(first + static_cast<int>(scores.size()));
   }
