@@ -7,8 +7,8 @@
 // for their effective number n / D. Two estimates are made from the residuals of a refinement; the larger one counts.
 //   near   rho in rings about each observation of a view, as wide as stripe readings are thinned or corners are apart,
 //          out to the first ring where it does not exceed what uncorrelated observations would scatter by
-//   far    what is left of each view's residuals in the polynomials of up to fourth degree over the image, which is where
-//          the parameters take their information from: sum of squares over its expectation for uncorrelated observations,
+//   far    what is left of each view's residuals in the polynomials of up to fourth degree over the image, where the
+//          parameters take their information from: sum of squares over its expectation for uncorrelated ones,
 //            sum_k (q_k' r)^2 / sigma^2   over   sum_k (1 - q_k' J C J' q_k / sigma^2),   q_k orthonormal over the view
 //          It sees correlations that are too weak for the rings and reach over much of a view. A view has polynomials
 //          for a quarter of its observations at most, so those of a small board end at a lower degree. The estimate has

@@ -1,5 +1,6 @@
 #include "calib/stripe_observations.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -9,6 +10,8 @@
 
 namespace crumple {
 namespace {
+
+constexpr float kVague = 2;  // times the view's median sigma
 
 // The pixel of a cell with the smallest positive sigma; the first of equals.
 std::optional<cv::Point> best_in(const cv::Mat& sigma, const cv::Mat& mask, const cv::Rect& cell) {
@@ -68,6 +71,23 @@ void drop_gross_errors(PixelPairs& pairs, double tolerance_px) {
   pairs = std::move(good);
 }
 
+// A cell in a dark square has but the pixels on the square's printed edge.
+void drop_vague(const std::vector<float>& sigmas, StripeView& view) {
+  if (sigmas.empty()) return;
+  std::vector<float> sorted = sigmas;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < sigmas.size(); ++i) {
+    if (sigmas[i] > kVague * *middle) continue;
+    view.camera_pixels[kept] = view.camera_pixels[i];
+    view.coordinates_px[kept] = view.coordinates_px[i];
+    ++kept;
+  }
+  view.camera_pixels.resize(kept);
+  view.coordinates_px.resize(kept);
+}
+
 }  // namespace
 
 cv::Mat corner_hull(const std::vector<Eigen::Vector2d>& corners, cv::Size size) {
@@ -87,12 +107,15 @@ std::vector<StripeView> stripe_views(const BoardStripes& stripes, const cv::Mat&
     StripeView view{
         stripes.camera, stripes.projector, stripes.placement, stripes.readings.orientations[o].normal(), {}, {}};
     const StripeCoordinates& read = stripes.readings.coordinates[o];
+    std::vector<float> sigmas;
     for_each_cell(hull, options.spacing_px, [&](const cv::Rect& cell) {
       const auto at = best_in(read.sigma_px, hull, cell);
       if (!at) return;
       view.camera_pixels.emplace_back(at->x, at->y);
       view.coordinates_px.push_back(read.coordinate_px.at<double>(*at));
+      sigmas.push_back(read.sigma_px.at<float>(*at));
     });
+    drop_vague(sigmas, view);
     if (!view.coordinates_px.empty()) views.push_back(std::move(view));
   }
   return views;

@@ -2,8 +2,9 @@
 //
 // A board carries some hundred thousand decoded pixels against a few dozen corners. Their errors are not independent: a
 // sheet that is not flat and a stripe model that is not exact push neighbours the same way. So only one reading per
-// square cell of `spacing_px` camera pixels is taken, the one with the smallest sigma of its own (readings are never
-// averaged), and what correlation remains is met by an effective number (calib/correlation.h).
+// square cell of `spacing_px` camera pixels is taken, the one with the smallest sigma (readings are never averaged; a
+// cell whose best is more than twice as vague as the view's median has none), and what correlation remains is met by an
+// effective number (calib/correlation.h).
 #pragma once
 
 #include <vector>

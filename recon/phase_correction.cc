@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include <Eigen/LU>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -41,64 +39,6 @@ void fill_phase_terms(double u, Terms& terms) {
   }
 }
 
-// The plane through the 7 x 7 neighbourhood, by least squares over the pixels that have a coordinate: its slopes, and
-// its value less u at the middle. Nothing where they do not tell.
-std::optional<Eigen::Vector3d> plane_at(const cv::Mat& u, const cv::Mat& sigma, int x, int y) {
-  constexpr int kReach = 3;
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  const double centre = u.at<double>(y, x);
-  for (int j = std::max(0, y - kReach); j <= std::min(u.rows - 1, y + kReach); ++j) {
-    for (int i = std::max(0, x - kReach); i <= std::min(u.cols - 1, x + kReach); ++i) {
-      if (sigma.at<float>(j, i) <= 0) continue;
-      const double rise = u.at<double>(j, i) - centre;
-      if (std::abs(rise) > 4 * kReach) continue;
-      const Eigen::Vector3d a(i - x, j - y, 1);
-      normal += a * a.transpose();
-      right += a * rise;
-    }
-  }
-  if (normal(2, 2) < 10 || normal.determinant() < 1e-3 * normal(2, 2)) return std::nullopt;
-  return Eigen::Vector3d(normal.inverse() * right);
-}
-
-// What a pixel's neighbours say of it: u on their plane, and their root mean square sigma; 0 where they do not tell.
-struct Neighbourhoods {
-  cv::Mat u;       // CV_64F
-  cv::Mat sigma;   // CV_32F
-  cv::Mat slopes;  // CV_32FC2, of the plane
-};
-
-Neighbourhoods neighbourhoods(const cv::Mat& u, const cv::Mat& sigma) {
-  const cv::Size size(5, 5);
-  const cv::Mat valid = sigma > 0;
-  Neighbourhoods result;
-  cv::Mat complete, share, variance;
-  cv::erode(valid, complete, cv::Mat::ones(size, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  cv::blur(valid, share, size, {-1, -1}, cv::BORDER_CONSTANT);
-  cv::blur(u, result.u, size, {-1, -1}, cv::BORDER_CONSTANT);
-  cv::blur(sigma.mul(sigma), variance, size, {-1, -1}, cv::BORDER_CONSTANT);
-  cv::divide(variance, share, variance, 255, CV_32F);
-  cv::sqrt(variance, result.sigma);
-  result.sigma.setTo(0, ~valid);
-  result.slopes = cv::Mat(u.size(), CV_32FC2, cv::Scalar::all(0));
-  cv::parallel_for_({0, u.rows}, [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < u.cols; ++x) {
-        if (valid.at<std::uint8_t>(y, x) == 0) continue;
-        const auto plane = plane_at(u, sigma, x, y);
-        if (plane) {
-          result.slopes.at<cv::Vec2f>(y, x) = {static_cast<float>(plane->x()), static_cast<float>(plane->y())};
-        }
-        if (complete.at<std::uint8_t>(y, x) != 0) continue;
-        result.u.at<double>(y, x) = u.at<double>(y, x) + (plane ? plane->z() : 0);
-        if (!plane) result.sigma.at<float>(y, x) = 0;
-      }
-    }
-  });
-  return result;
-}
-
 // The slope between two differences at a distance of one pixel. At a blurred printed edge it changes several times over
 // within that pixel: the geometric mean follows it (of a Gaussian's flank it is a constant share of the slope, whatever
 // the place), where the mean of both would see the edge from one pixel too far.
@@ -106,10 +46,18 @@ float slope_between(float before, float after) {
   return before * after > 0 ? std::copysign(std::sqrt(before * after), after) : 0.0F;
 }
 
-// The gradient of log contrast, CV_32FC2. Printed edges have their own; shading, too weak to be told from the noise of
-// one pixel, has its neighbourhood's mean, and next to an edge, where that is not to be had, zero.
-cv::Mat brightness_changes(const cv::Mat& contrast) {
-  cv::Mat central(contrast.size(), CV_32FC2), own(contrast.size(), CV_32FC2);
+// Of log contrast.
+struct BrightnessChanges {
+  // CV_32FC2. Printed edges have their own; shading, too weak to be told from the noise of one pixel, has its
+  // neighbourhood's mean, and next to an edge, where that is not to be had, zero.
+  cv::Mat gradient;
+  // CV_32F, by the larger difference to the neighbours on either side: beside an edge a pixel's gradient may come out
+  // as none.
+  cv::Mat steepest;
+};
+
+BrightnessChanges brightness_changes(const cv::Mat& contrast) {
+  cv::Mat central(contrast.size(), CV_32FC2), own(contrast.size(), CV_32FC2), steepest(contrast.size(), CV_32F);
   const auto c = [&](int i, int j) {
     return contrast.at<float>(std::clamp(j, 0, contrast.rows - 1), std::clamp(i, 0, contrast.cols - 1));
   };
@@ -120,6 +68,8 @@ cv::Mat brightness_changes(const cv::Mat& contrast) {
       central.at<cv::Vec2f>(y, x) = 0.5F * scale * (before + after);
       own.at<cv::Vec2f>(y, x) = {scale * slope_between(before[0], after[0]),
                                  scale * slope_between(before[1], after[1])};
+      steepest.at<float>(y, x) = scale * std::hypot(std::max(std::abs(before[0]), std::abs(after[0])),
+                                                    std::max(std::abs(before[1]), std::abs(after[1])));
     }
   }
   std::array<cv::Mat, 2> components;
@@ -132,7 +82,7 @@ cv::Mat brightness_changes(const cv::Mat& contrast) {
   cv::blur(central, changes, reach, {-1, -1}, cv::BORDER_REPLICATE);
   changes.setTo(cv::Scalar::all(0), near_edge);
   own.copyTo(changes, edge);
-  return changes;
+  return {changes, steepest};
 }
 
 cv::Mat error_terms(const cv::Mat& u, const cv::Mat& sigma, const cv::Mat& slopes, const cv::Mat& changes) {
@@ -219,7 +169,8 @@ void solve_terms(const std::vector<Normal>& normals, PhaseCorrection& c) {
   }
 }
 
-void apply(const PhaseCorrection& c, const cv::Mat& terms, cv::Mat& u, cv::Mat& sigma) {
+void apply(const PhaseCorrection& c, const cv::Mat& terms, const cv::Mat& slopes, const cv::Mat& steepest, cv::Mat& u,
+           cv::Mat& sigma) {
   cv::parallel_for_({0, u.rows}, [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < u.cols; ++x) {
@@ -232,7 +183,8 @@ void apply(const PhaseCorrection& c, const cv::Mat& terms, cv::Mat& u, cv::Mat& 
         double error = mixing;
         for (int k = 0; k < kTerms; ++k) error += coefficients[static_cast<std::size_t>(k)] * double{t[k]};
         u.at<double>(y, x) -= error;
-        s = static_cast<float>(std::hypot(double{s}, kMixingDoubt * mixing));
+        const double at_most = c.mixing_px2 * cv::norm(slopes.at<cv::Vec2f>(y, x)) * steepest.at<float>(y, x);
+        s = static_cast<float>(std::hypot(double{s}, kMixingDoubt * at_most));
       }
     }
   });
@@ -252,14 +204,13 @@ double observed_over_predicted(const cv::Mat& u, const cv::Mat& sigma) {
 
 }  // namespace
 
-PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contrast) {
+PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contrast, const PhaseNeighbourhoods& mean) {
   PhaseCorrection c;
   c.local = TileMap(u.size(), kTerms);
   // Terms and weights are the neighbourhood's: a pixel's own share its noise, and as noise is least near the stripes'
   // boundaries, they would show a phase error where there is none.
-  const Neighbourhoods mean = neighbourhoods(u, sigma);
-  const cv::Mat changes = brightness_changes(contrast);
-  const cv::Mat mean_terms = error_terms(mean.u, mean.sigma, mean.slopes, changes);
+  const BrightnessChanges changes = brightness_changes(contrast);
+  const cv::Mat mean_terms = error_terms(mean.u, mean.sigma, mean.slopes, changes.gradient);
   std::vector<Normal> normals(static_cast<std::size_t>(c.local.tile_count()));
   cv::parallel_for_({0, static_cast<int>(normals.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
@@ -267,7 +218,7 @@ PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contras
     }
   });
   solve_terms(normals, c);
-  apply(c, error_terms(u, sigma, mean.slopes, changes), u, sigma);
+  apply(c, error_terms(u, sigma, mean.slopes, changes.gradient), mean.slopes, changes.steepest, u, sigma);
   c.sigma_scale = observed_over_predicted(u, sigma);
   sigma *= c.sigma_scale;
   return c;

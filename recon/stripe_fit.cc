@@ -76,4 +76,12 @@ StripeFit fit_stripe(const StripeTable& table, const BitVector& offsets, const B
   return fit;
 }
 
+double stripe_information(const StripeTable& table, const BitVector& offsets, double u, double gain) {
+  const StripeTable::Sample sample = table.at(u);
+  const BitVector v = sample.value + offsets;
+  const float slope_value = sample.slope.dot(v);
+  const float information = sample.slope.squaredNorm() - slope_value * slope_value / (v.squaredNorm() + kNoSignal);
+  return gain * gain * double{std::max(information, 0.0F)};
+}
+
 }  // namespace crumple

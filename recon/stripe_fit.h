@@ -21,4 +21,7 @@ struct StripeFit {
 StripeFit fit_stripe(const StripeTable& table, const BitVector& offsets, const BitVector& differences, double start,
                      double reach);
 
+// The information of a fit that would have ended at u with that gain.
+double stripe_information(const StripeTable& table, const BitVector& offsets, double u, double gain);
+
 }  // namespace crumple

@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "recon/difference_rows.h"
 #include "recon/noise_model.h"
+#include "recon/phase_neighbourhoods.h"
 
 namespace crumple {
 namespace {
@@ -14,6 +16,9 @@ namespace {
 // A hundred or so per tile of the blur's map; more only costs time.
 constexpr std::size_t kBlurSample = 8000;
 constexpr double kReach = 2;  // stripes around the decoded one
+// Stripe widths; what is farther from its neighbours' plane is no noise.
+constexpr double kOneSurface = 0.3;
+constexpr double kOneGain = 0.1;  // likewise, of a gain
 
 std::vector<PixelSignal> sample_pixels(const DecodedStripes& decoded, DifferenceRows rows) {
   const auto count = static_cast<std::size_t>(cv::countNonZero(decoded.stripe >= 0));
@@ -105,6 +110,39 @@ cv::Mat gated_sigma(const FitImages& fits, const NoiseModel& noise, const PhaseO
   return sigma;
 }
 
+// The mean gain of the neighbours that have one, but a pixel's own where it is truly another.
+cv::Mat gain_by_neighbours(const cv::Mat& gain, const cv::Mat& valid) {
+  const cv::Size reach(5, 5);
+  cv::Mat kept, share, mean;
+  gain.copyTo(kept, valid);
+  cv::blur(kept, mean, reach, {-1, -1}, cv::BORDER_CONSTANT);
+  cv::blur(valid, share, reach, {-1, -1}, cv::BORDER_CONSTANT);
+  cv::divide(mean, share, mean, 255, CV_32F);
+  gain.copyTo(mean, cv::abs(mean - gain) > kOneGain * gain);
+  return mean;
+}
+
+// Sigma with each coordinate's phase and gain as its neighbours tell them, where they lie on one surface with it.
+cv::Mat sigma_by_neighbours(const FitImages& fits, const NoiseModel& noise, const StripeModel& model,
+                            const cv::Mat& own_sigma, const PhaseNeighbourhoods& mean, double max_sigma) {
+  cv::Mat sigma = own_sigma.clone();
+  const cv::Mat gains = gain_by_neighbours(fits.gain, own_sigma > 0);
+  cv::parallel_for_({0, sigma.rows}, [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < sigma.cols; ++x) {
+        auto& s = sigma.at<float>(y, x);
+        const double u = mean.u.at<double>(y, x);
+        if (mean.sigma.at<float>(y, x) <= 0 || std::abs(u - fits.u.at<double>(y, x)) > kOneSurface) continue;
+        const double gain = gains.at<float>(y, x);
+        const double information = stripe_information(model.table_at(x, y), model.offsets, u, gain);
+        const double by_neighbours = std::sqrt(noise.variance(gain) / information);
+        s = by_neighbours <= max_sigma ? static_cast<float>(by_neighbours) : 0.0F;
+      }
+    }
+  });
+  return sigma;
+}
+
 }  // namespace
 
 StripeCoordinates estimate_stripe_phase(const StripeImages& images, std::size_t stack_index,
@@ -118,8 +156,12 @@ StripeCoordinates estimate_stripe_phase(const StripeImages& images, std::size_t 
   result.model = fit_stripe_model(stack.orientation, images.projector, contrast.size(), sample_pixels(decoded, rows));
   FitImages fits = fit_pixels(decoded, rows, bits, result.model);
   const NoiseModel noise = residual_noise(fits, std::max(1.0, static_cast<double>(bits) - 2));
-  cv::Mat sigma = gated_sigma(fits, noise, options);
-  if (options.correct) result.correction = correct_phase(fits.u, sigma, brightness_image(images, stack, contrast));
+  const cv::Mat own_sigma = gated_sigma(fits, noise, options);
+  const PhaseNeighbourhoods mean = phase_neighbourhoods(fits.u, own_sigma);
+  cv::Mat sigma = sigma_by_neighbours(fits, noise, result.model, own_sigma, mean, options.max_sigma);
+  if (options.correct) {
+    result.correction = correct_phase(fits.u, sigma, brightness_image(images, stack, contrast), mean);
+  }
 
   const double width = stack.orientation.stripe_width_px;
   const double origin = stripe_origin_px(stack.orientation, images.projector);

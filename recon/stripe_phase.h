@@ -5,10 +5,11 @@
 // (recon/phase_correction.h). No coordinate is smoothed over pixels.
 //
 // sigma: the noise of the differences is estimated from the fits' own residuals as a function of the gain, since light
-// brings noise, and the pixels' scatter against their neighbours may enlarge or shrink all sigmas by one factor.
-// Where stripes are much wider than their blur, a pixel far from all boundaries knows no more than its stripe.
-// Rejected: pixels whose residual squares exceed `gate` times what their gain's noise leads to expect, whose fit left
-// the decoded stripe by more than two, or whose sigma exceeds `max_sigma`.
+// brings noise, and the pixels' scatter against their neighbours may enlarge or shrink all sigmas by one factor. How
+// much a pixel's differences tell depends on its phase, which is taken from its neighbours
+// (recon/phase_neighbourhoods.h). Where stripes are much wider than their blur, a pixel far from all boundaries knows
+// no more than its stripe. Rejected: pixels whose residual squares exceed `gate` times what their gain's noise leads to
+// expect, whose fit left the decoded stripe by more than two, or whose sigma exceeds `max_sigma`.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -129,6 +129,33 @@ TEST(StripePhase, NoiseIsNotTakenForPhaseError) {
   EXPECT_LT(2 * std::hypot(sine, cosine) / count, 0.006);
 }
 
+// Whoever takes the best of many pixels must not get those whose noise makes them look better than they are: sigma is
+// nearly the same whatever the pixel's own noise.
+TEST(StripePhase, SigmaDoesNotFollowThePixelsOwnNoise) {
+  StripeScene scene;
+  scene.projector = {192, 96};
+  scene.projector_from_camera = [](const Eigen::Vector2d& at) {
+    return Eigen::Vector2d(8.3 + 1.04 * at.x() + 0.05 * at.y(), 12 + 0.6 * at.y());
+  };
+  scene.projector_blur_px = 0.5;
+  scene.noise = 4;
+  const StripeOrientation orientation{.bits = 8};
+  const cv::Mat one = estimate(render_stripes(scene, {orientation})).sigma_px;
+  scene.seed = 2;
+  const cv::Mat other = estimate(render_stripes(scene, {orientation})).sigma_px;
+  double squares = 0, count = 0;
+  for (int y = 8; y < scene.camera.height - 8; ++y) {
+    for (int x = 8; x < scene.camera.width - 8; ++x) {
+      const double a = one.at<float>(y, x), b = other.at<float>(y, x);
+      if (a <= 0 || b <= 0) continue;
+      squares += std::pow(std::log(a / b), 2);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 10000);
+  EXPECT_LT(std::sqrt(squares / count / 2), 0.015);
+}
+
 // The surface grows brighter to one side, too slowly for any pixel's noise to show it.
 TEST(StripePhase, ShadingDoesNotPullTheCoordinate) {
   StripeScene scene;
