@@ -65,6 +65,7 @@ double noise_of(View::Kind kind, const MadeSystemOptions& options) {
       return options.stripe_sigma_px;
     case View::Kind::corners:
     case View::Kind::features:
+    case View::Kind::overlaps:
       break;
   }
   return options.corner_sigma_px;
