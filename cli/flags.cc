@@ -19,6 +19,7 @@ DEFINE_int32(threads, 0, "threads to compute with; 0: as many as there are proce
 DEFINE_string(stations, "", "ids of the stations to take, comma-separated; empty: see above");
 DEFINE_string(truth, "", "the truth folder of a simulated capture; adds how far the result is from it");
 DEFINE_string(format, "", "opencv, kalibr, ros, colmap or mrcal");
+DEFINE_string(mount, "", "sensors to write of a rig that has both: probe, or world for those fixed to the world");
 DEFINE_string(unit, "", "of lengths in formats that state none (opencv, colmap, mrcal): mm, cm or m");
 
 namespace crumple {

@@ -25,6 +25,7 @@ DECLARE_int32(threads);
 DECLARE_string(stations);
 DECLARE_string(truth);
 DECLARE_string(format);
+DECLARE_string(mount);
 DECLARE_string(unit);
 
 namespace crumple {

@@ -125,6 +125,7 @@ std::vector<std::string> left_behind(const Rig& rig, bool projectors) {
       sentences.push_back(fmt::format("projector {}: the format knows cameras only", sensor.name));
     }
   }
+  if (!rig.leds.empty()) sentences.emplace_back("the LEDs");
   if (!rig.covariance.names.empty()) sentences.emplace_back("the covariance of the rig");
   if (!rig.sigma_px.empty()) sentences.emplace_back("the noise of the observations (sigma_px)");
   return sentences;

@@ -68,6 +68,39 @@ TEST_F(ExportImport, EveryFormatThereAndBack) {
   }
 }
 
+// No pose between the probe and the world is fixed: written side by side they would look like neighbours.
+TEST_F(ExportImport, ATrackedRigIsWrittenByOneMount) {
+  make_rig("LENSMODEL_OPENCV4");
+  Sensor tracker = rig_.sensors[1];
+  tracker.name = "tracker";
+  tracker.mount = Mount::world;
+  tracker.sensor_from_mount = {};
+  Sensor moved = tracker;
+  moved.name = "moved";
+  moved.lens_of = rig_.sensors.size();
+  moved.sensor_from_mount.translation = {900, 0, 40};
+  rig_.sensors.push_back(tracker);
+  rig_.sensors.push_back(moved);
+  rig_.leds = {{"a", {10, 20, 30}}};
+  std::filesystem::create_directory(home_ / "tracked");
+  ASSERT_TRUE(write_rig(home_ / "tracked", rig_));
+  const std::string command = "export " + path("tracked") + " --format=opencv --json --out=" + path("cv");
+  const ProgramRun both = run_program(command);
+  EXPECT_EQ(both.exit_code, 3);
+  EXPECT_THAT(both.err, AllOf(HasSubstr("left, right, beamer are on the probe and tracker, moved fixed to the world"),
+                              HasSubstr("--mount=probe or --mount=world")));
+  EXPECT_FALSE(std::filesystem::exists(home_ / "cv"));
+  EXPECT_EQ(run_program(command + " --mount=roof").exit_code, 2);
+  const ProgramRun world = run_program(command + " --mount=world");
+  ASSERT_EQ(world.exit_code, 0) << world.err;
+  EXPECT_EQ(json::parse(world.out)["files"], json::array({"moved.yml", "tracker.yml"}));
+  EXPECT_THAT(world.out, HasSubstr("the LEDs"));
+  const ProgramRun probe = run_program(command + " --overwrite --mount=probe");
+  ASSERT_EQ(probe.exit_code, 0) << probe.err;
+  EXPECT_EQ(json::parse(probe.out)["files"], json::array({"beamer.yml", "left.yml", "right.yml"}));
+  EXPECT_EQ(run_program("export " + path("rig") + " --format=opencv --mount=world --out=" + path("none")).exit_code, 3);
+}
+
 TEST_F(ExportImport, UnitsAreAskedForWhereTheFormatHasNone) {
   make_rig("LENSMODEL_OPENCV5");
   ASSERT_EQ(run_program("export " + path("rig") + " --format=opencv --unit=m --out=" + path("cv")).exit_code, 0);
