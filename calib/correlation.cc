@@ -130,7 +130,7 @@ SmoothModes smooth_modes(const std::vector<Eigen::Vector2d>& pixels, const std::
       for (int pass = 0; pass < 2; ++pass) {
         mode -= modes.columns.leftCols(kept) * (modes.columns.leftCols(kept).transpose() * mode).eval();
       }
-      if (!(mode.norm() > 1e-9)) continue;
+      if (!(mode.norm() > 1e-6)) continue;
       modes.columns.col(kept++) = mode.normalized();
       modes.degrees.push_back(d);
     }
@@ -145,11 +145,21 @@ struct ModeSums {
   std::array<double, kHighestDegree + 1> expected = {};
 };
 
+// Where a view's observations lie without their noise, which would tell rows of corners apart that are one line.
+std::vector<Eigen::Vector2d> predicted(std::vector<Eigen::Vector2d> pixels, const View& view,
+                                       const ViewEvaluation& at) {
+  if (view.kind() != View::Kind::corners) return pixels;  // stripes are read at pixels
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    pixels[i] += at.residuals.segment<2>(2 * static_cast<Eigen::Index>(i));
+  return pixels;
+}
+
 ModeSums mode_sums(const View& view, const std::vector<Eigen::Vector2d>& pixels, const ViewSummary& summary,
                    double sigma_px, const BundleResult& bundle) {
-  const SmoothModes modes = smooth_modes(pixels, summary.inlier);
   ViewEvaluation at;
-  if (modes.degrees.empty() || !view.evaluate(bundle.state, true, at)) return {};
+  if (!view.evaluate(bundle.state, true, at)) return {};
+  const SmoothModes modes = smooth_modes(predicted(pixels, view, at), summary.inlier);
+  if (modes.degrees.empty()) return {};
   const Eigen::MatrixXd covariance = bundle.covariance.of(view.blocks(), bundle.state) / (sigma_px * sigma_px);
   const Eigen::MatrixXd local_covariance = at.local_from_blocks * covariance * at.local_from_blocks.transpose();
   const Eigen::Index d = view.dimension(), columns = at.jacobian.cols();
@@ -192,6 +202,8 @@ struct KnownInflation {
 // count.
 KnownInflation far_inflation(const ModeSums& sums) {
   KnownInflation far;
+  const double all = std::accumulate(sums.expected.begin(), sums.expected.end(), 0.0);
+  if (all >= kEnoughModes) far.degrees_of_freedom = all;
   for (int highest = kHighestDegree; highest >= kLowestDegree; --highest) {
     const double squares = std::accumulate(sums.squares.begin(), sums.squares.begin() + highest + 1, 0.0);
     const double expected = std::accumulate(sums.expected.begin(), sums.expected.begin() + highest + 1, 0.0);
@@ -238,7 +250,7 @@ Inflation inflation(const Observations& observations, const BundleResult& bundle
   }
   constexpr double kStripeCell_px = 12;
   const auto larger = [](double near, const KnownInflation& far) {
-    return near > far.factor ? KnownInflation{near} : far;
+    return KnownInflation{std::max(near, far.factor), far.degrees_of_freedom};
   };
   const double near_corners = near_inflation(corners, mean_spacing_px(observations.corners));
   const KnownInflation of_corners = larger(near_corners, far_inflation(sum_of(corner_sums)));

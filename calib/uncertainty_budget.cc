@@ -143,12 +143,12 @@ std::vector<BudgetSource> sources_of(const Calibration& calibration) {
   std::vector<BudgetSource> sources;
   for (const GroupSummary& group : bundle.groups) {
     const Inflation& counted = calibration.inflation;
-    const double effective =
-        1 / (counted.of(group.kind) / redundancy_of(group, bundle) + 1 / counted.degrees_of_freedom(group.kind));
+    const double of_sigma = redundancy_of(group, bundle) / counted.of(group.kind);
     sources.push_back({group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated,
-                       group.sigma_estimated ? effective : kInfinity});
+                       group.sigma_estimated ? of_sigma : kInfinity, group.kind,
+                       counted.degrees_of_freedom(group.kind)});
   }
-  for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true, kInfinity});
+  for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true});
   return sources;
 }
 
@@ -201,18 +201,31 @@ std::vector<Term> terms_of(const std::vector<BlockId>& blocks, const Calibration
 BudgetEntry entry_of(const Term& term, const std::string& name, double variance, const Eigen::RowVectorXd& shares,
                      const std::vector<BudgetSource>& sources) {
   BudgetEntry entry{term.part, name, term.unit, term.value, std::sqrt(variance) * term.per_tangent};
-  double over_degrees = 0;
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const double share = shares[static_cast<Eigen::Index>(s)] / variance;
     entry.shares.push_back(share);
     if (sources[s].type_b) entry.type_b_share += share;
-    if (share > kRounding) over_degrees += share * share / sources[s].degrees_of_freedom;
   }
-  entry.degrees_of_freedom = over_degrees > 0 ? 1 / over_degrees : kInfinity;
+  entry.degrees_of_freedom = effective_degrees_of_freedom(sources, entry.shares);
   return entry;
 }
 
 }  // namespace
+
+double effective_degrees_of_freedom(const std::vector<BudgetSource>& sources, const std::vector<double>& shares) {
+  double inverse = 0;
+  std::map<View::Kind, double> shares_of_kind;
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    if (!(shares[s] > kRounding)) continue;
+    inverse += shares[s] * shares[s] / sources[s].sigma_degrees_of_freedom;
+    if (sources[s].kind) shares_of_kind[*sources[s].kind] += shares[s];
+  }
+  for (const auto& [kind, share] : shares_of_kind) {
+    const auto any = std::find_if(sources.begin(), sources.end(), [k = kind](const auto& s) { return s.kind == k; });
+    inverse += share * share / any->inflation_degrees_of_freedom;
+  }
+  return inverse > 0 ? 1 / inverse : kInfinity;
+}
 
 UncertaintyBudget uncertainty_budget(const Observations& observations, const Calibration& calibration, int threads) {
   const BundleResult& bundle = calibration.bundle;

@@ -4,17 +4,21 @@
 //
 // The estimate follows its sources linearly, x = sum_s G_s y_s, G_s = C J_s' with J_s the whitened Jacobian of source s
 // and C the joint covariance. So its variance is the sum of the sources' shares, the diagonal of C J_s' J_s C. Sources:
-//   a group of observations, such as "cam0.corners": type A, with the group's redundancy over its variance inflation
-//     (correlated observations count for their effective number) as degrees of freedom; type B where the group's sigma
-//     was not estimated from its residuals
+//   a group of observations, such as "cam0.corners": type A; type B where the group's sigma was not estimated from its
+//     residuals. Two estimates make its variance: sigma, with the group's redundancy over its variance inflation
+//     (correlated observations count for their effective number) as degrees of freedom, and the inflation, which all
+//     groups of a kind have in common (calib/correlation.h), with its own
 //   a prior, such as "certificates" or an earlier rig: type B, taken as exactly known, infinite degrees of freedom
-// Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4): u^4 / sum u_s^4 / nu_s.
+// Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4): u^4 / sum u_s^4 / nu_s, the sum over sigmas and,
+// with the shares of a kind's groups together, over inflations.
 //
 // Units: px, mm, and degrees for the rotation of a mount, whose value is the rotation vector and whose u that of a
 // small further rotation about the sensor's axes (docs/conventions.md, tangents). Parameters that were held have no
 // entry.
 #pragma once
 
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +29,11 @@ namespace crumple {
 struct BudgetSource {
   std::string name;
   bool type_b = false;
-  double degrees_of_freedom = 0;  // infinite for type B
+  double sigma_degrees_of_freedom = std::numeric_limits<double>::infinity();
+  std::optional<View::Kind> kind = {};  // none: no group of observations
+  double inflation_degrees_of_freedom = std::numeric_limits<double>::infinity();
+  // Of this source alone.
+  double degrees_of_freedom() const { return 1 / (1 / sigma_degrees_of_freedom + 1 / inflation_degrees_of_freedom); }
 };
 
 struct BudgetEntry {
@@ -45,6 +53,9 @@ struct UncertaintyBudget {
 };
 
 inline constexpr double kCoverageFactor = 2;
+
+// Of a variance of which the sources have these shares.
+double effective_degrees_of_freedom(const std::vector<BudgetSource>& sources, const std::vector<double>& shares);
 
 // `observations` are those that the calibration was made from.
 UncertaintyBudget uncertainty_budget(const Observations& observations, const Calibration& calibration, int threads);

@@ -15,7 +15,7 @@ json budget_json(const UncertaintyBudget& budget) {
   for (const BudgetSource& source : budget.sources) {
     result["sources"].push_back({{"name", source.name},
                                  {"type", source.type_b ? "B" : "A"},
-                                 {"degrees_of_freedom", degrees_json(source.degrees_of_freedom)}});
+                                 {"degrees_of_freedom", degrees_json(source.degrees_of_freedom())}});
   }
   for (const BudgetEntry& entry : budget.entries) {
     result["entries"].push_back({{"part", entry.part},

@@ -82,6 +82,7 @@ BrightnessChanges brightness_changes(const cv::Mat& contrast) {
   cv::blur(central, changes, reach, {-1, -1}, cv::BORDER_REPLICATE);
   changes.setTo(cv::Scalar::all(0), near_edge);
   own.copyTo(changes, edge);
+  steepest.setTo(0, ~near_edge);
   return {changes, steepest};
 }
 
@@ -169,22 +170,41 @@ void solve_terms(const std::vector<Normal>& normals, PhaseCorrection& c) {
   }
 }
 
-void apply(const PhaseCorrection& c, const cv::Mat& terms, const cv::Mat& slopes, const cv::Mat& steepest, cv::Mat& u,
-           cv::Mat& sigma) {
+void take_out(const PhaseCorrection& c, const cv::Mat& terms, const cv::Mat& sigma, cv::Mat& u) {
   cv::parallel_for_({0, u.rows}, [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < u.cols; ++x) {
-        auto& s = sigma.at<float>(y, x);
-        if (s <= 0) continue;
+        if (sigma.at<float>(y, x) <= 0) continue;
         const auto& t = terms.at<Terms>(y, x);
         std::array<double, kTerms> coefficients;
         c.local.at(x, y, coefficients);
-        const double mixing = c.mixing_px2 * double{t[kTerms]};
-        double error = mixing;
+        double error = c.mixing_px2 * double{t[kTerms]};
         for (int k = 0; k < kTerms; ++k) error += coefficients[static_cast<std::size_t>(k)] * double{t[k]};
         u.at<double>(y, x) -= error;
-        const double at_most = c.mixing_px2 * cv::norm(slopes.at<cv::Vec2f>(y, x)) * steepest.at<float>(y, x);
-        s = static_cast<float>(std::hypot(double{s}, kMixingDoubt * at_most));
+      }
+    }
+  });
+}
+
+// A pixel too isolated for a slope of its own is next to edges most of all: it has the mean one.
+void add_doubt(double mixing_px2, const cv::Mat& slopes, const cv::Mat& steepest, cv::Mat& sigma) {
+  double sum = 0, count = 0;
+  const auto steepness_at = [&](int y, int x) { return cv::norm(slopes.at<cv::Vec2f>(y, x)); };
+  for (int y = 0; y < sigma.rows; ++y) {
+    for (int x = 0; x < sigma.cols; ++x) {
+      const double slope = sigma.at<float>(y, x) > 0 ? steepness_at(y, x) : 0;
+      sum += slope;
+      count += slope > 0 ? 1 : 0;
+    }
+  }
+  const double mean = count > 0 ? sum / count : 0;
+  cv::parallel_for_({0, sigma.rows}, [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < sigma.cols; ++x) {
+        auto& s = sigma.at<float>(y, x);
+        if (s <= 0) continue;
+        const double own = steepness_at(y, x), slope = own > 0 ? own : mean;
+        s = static_cast<float>(std::hypot(double{s}, kMixingDoubt * mixing_px2 * slope * steepest.at<float>(y, x)));
       }
     }
   });
@@ -218,9 +238,10 @@ PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contras
     }
   });
   solve_terms(normals, c);
-  apply(c, error_terms(u, sigma, mean.slopes, changes.gradient), mean.slopes, changes.steepest, u, sigma);
+  take_out(c, error_terms(u, sigma, mean.slopes, changes.gradient), sigma, u);
   c.sigma_scale = observed_over_predicted(u, sigma);
   sigma *= c.sigma_scale;
+  add_doubt(c.mixing_px2, mean.slopes, changes.steepest, sigma);
   return c;
 }
 

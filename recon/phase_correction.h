@@ -35,9 +35,9 @@ struct PhaseCorrection {
 };
 
 // `u`: CV_64F stripe widths from the origin; `sigma`: CV_32F of u, 0 where there is no coordinate; `contrast`: CV_32F,
-// grey levels. `mean`: of u and sigma as they are given. Corrects u, scales sigma, and adds to it a quarter of what
-// mixing could do by the steepest change of brightness next to the pixel in any direction: what the one-Gaussian model
-// leaves, and what it cannot know of a pixel that sees its surface in part.
+// grey levels. `mean`: of u as it is given, sigma 0 where sigma is. Corrects u, scales sigma, and adds to it a quarter
+// of what mixing could do by the steepest change of brightness next to the pixel in any direction: what the
+// one-Gaussian model leaves, and what it cannot know of a pixel that sees its surface in part.
 PhaseCorrection correct_phase(cv::Mat& u, cv::Mat& sigma, const cv::Mat& contrast, const PhaseNeighbourhoods& mean);
 
 }  // namespace crumple

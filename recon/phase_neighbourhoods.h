@@ -1,6 +1,6 @@
-// What a pixel's neighbours say of its stripe coordinate: for judging a coordinate by its phase without the pixel's own
-// noise in that phase. As information is greatest at the stripes' boundaries, noise that happens to move a coordinate
-// towards one makes it look better known than it is.
+// What a pixel's neighbourhood, of which it is a small part, says of its stripe coordinate: for judging a coordinate by
+// its phase with hardly any of the pixel's own noise in that phase. As information is greatest at the stripes'
+// boundaries, noise that happens to move a coordinate towards one makes it look better known than it is.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

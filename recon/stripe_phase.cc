@@ -157,8 +157,9 @@ StripeCoordinates estimate_stripe_phase(const StripeImages& images, std::size_t 
   FitImages fits = fit_pixels(decoded, rows, bits, result.model);
   const NoiseModel noise = residual_noise(fits, std::max(1.0, static_cast<double>(bits) - 2));
   const cv::Mat own_sigma = gated_sigma(fits, noise, options);
-  const PhaseNeighbourhoods mean = phase_neighbourhoods(fits.u, own_sigma);
+  PhaseNeighbourhoods mean = phase_neighbourhoods(fits.u, own_sigma);
   cv::Mat sigma = sigma_by_neighbours(fits, noise, result.model, own_sigma, mean, options.max_sigma);
+  mean.sigma.setTo(0, sigma <= 0);
   if (options.correct) {
     result.correction = correct_phase(fits.u, sigma, brightness_image(images, stack, contrast), mean);
   }

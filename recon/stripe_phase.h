@@ -9,7 +9,8 @@
 // much a pixel's differences tell depends on its phase, which is taken from its neighbours
 // (recon/phase_neighbourhoods.h). Where stripes are much wider than their blur, a pixel far from all boundaries knows
 // no more than its stripe. Rejected: pixels whose residual squares exceed `gate` times what their gain's noise leads to
-// expect, whose fit left the decoded stripe by more than two, or whose sigma exceeds `max_sigma`.
+// expect, whose fit left the decoded stripe by more than two, or whose sigma exceeds `max_sigma`
+// before what printed edges add to it.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -76,11 +76,14 @@ void add_region(const std::string& quantity, const ParameterErrors& parameters, 
   regions.push_back({quantity, static_cast<int>(z.size()), z.dot(correlation.ldlt().solve(z)), known});
 }
 
-// From the shares of what it is made of (calib/uncertainty_budget.h), each source's variance known from its degrees of
-// freedom nu_s. Of regions in n dimensions with the shares P_s, sum P_s = 1, to first order in 1/nu: what is common to
-// all directions is their mean, and as one chi-square (Welch and Satterthwaite) has 1/nu = sum (tr P_s / n)^2 / nu_s;
-// the mean of the square is n + 2 sum tr(P_s^2) / (nu_s - 2), exact of one source, with the squares of the diagonal for
-// the trace, which is all the budget has.
+// Of F with so many degrees of freedom of its denominator.
+double f_mean(double degrees_of_freedom) {
+  return std::isfinite(degrees_of_freedom) ? degrees_of_freedom / (degrees_of_freedom - 2) : 1;
+}
+
+// From the shares of what it is made of (calib/uncertainty_budget.h). What is common to all directions of a region is
+// taken as one chi-square, with the effective degrees of freedom of the parameters' mean shares. The mean of the square
+// is larger than that has, to first order by how much the shares differ: that of the parameters, each nu / (nu - 2).
 class KnownVariances {
  public:
   KnownVariances(const Observations& observations, const Calibration& calibration)
@@ -100,24 +103,17 @@ class KnownVariances {
  private:
   template <typename Chosen>
   KnownVariance of_entries(const Chosen& chosen) const {
-    std::vector<double> shares(budget_.sources.size(), 0), squares(budget_.sources.size(), 0);
-    double count = 0;
+    std::vector<double> shares(budget_.sources.size(), 0);
+    double count = 0, mean_square = 0;
     for (const BudgetEntry& entry : budget_.entries) {
       if (!chosen(entry)) continue;
       ++count;
-      for (std::size_t s = 0; s < shares.size(); ++s) {
-        shares[s] += entry.shares[s];
-        squares[s] += entry.shares[s] * entry.shares[s];
-      }
+      for (std::size_t s = 0; s < shares.size(); ++s) shares[s] += entry.shares[s];
+      mean_square += f_mean(entry.degrees_of_freedom);
     }
     if (count == 0) return {};
-    KnownVariance known;
-    double inverse = 0;
-    for (std::size_t s = 0; s < shares.size(); ++s) {
-      inverse += std::pow(shares[s] / count, 2) / budget_.sources[s].degrees_of_freedom;
-      known.mean_square += 2 * squares[s] / count / (budget_.sources[s].degrees_of_freedom - 2);
-    }
-    known.degrees_of_freedom = 1 / inverse;
+    for (double& share : shares) share /= count;
+    const KnownVariance known{effective_degrees_of_freedom(budget_.sources, shares), mean_square / count};
     return known;
   }
 
@@ -290,11 +286,6 @@ class Directions {
   Eigen::MatrixXd vectors_;
   int count_ = 0;
 };
-
-// Of F with so many degrees of freedom of its denominator.
-double f_mean(double degrees_of_freedom) {
-  return std::isfinite(degrees_of_freedom) ? degrees_of_freedom / (degrees_of_freedom - 2) : 1;
-}
 
 // By quantity, in the order in which they first came.
 class Table {

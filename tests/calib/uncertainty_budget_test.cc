@@ -53,16 +53,32 @@ TEST(UncertaintyBudget, DegreesOfFreedomAreTheGroups) {
   const UncertaintyBudget budget = uncertainty_budget(data.observations, calibration, 2);
   const GroupSummary& corners = calibration.bundle.groups.front();
   EXPECT_EQ(budget.sources.front().name, "cam0.corners");
-  EXPECT_NEAR(budget.sources.front().degrees_of_freedom, corners.redundancy / calibration.inflation.corners, 1e-9);
+  EXPECT_NEAR(budget.sources.front().sigma_degrees_of_freedom, corners.redundancy / calibration.inflation.corners,
+              1e-9);
+  EXPECT_EQ(budget.sources.front().inflation_degrees_of_freedom, calibration.inflation.corner_degrees_of_freedom);
   // Welch and Satterthwaite: between the fewest of the sources and their sum.
   double fewest = INFINITY, sum = 0;
   for (const BudgetSource& source : budget.sources) {
-    fewest = std::min(fewest, source.degrees_of_freedom);
-    if (!source.type_b) sum += source.degrees_of_freedom;
+    fewest = std::min(fewest, source.degrees_of_freedom());
+    if (!source.type_b) sum += source.degrees_of_freedom();
   }
   const double degrees = entry_named(budget, "cam0.fx").degrees_of_freedom;
   EXPECT_GT(degrees, fewest);
   EXPECT_LT(degrees, sum);
+}
+
+TEST(UncertaintyBudget, GroupsOfAKindHaveOneInflation) {
+  const std::vector<BudgetSource> sources{{"a.corners", false, 200, View::Kind::corners, 50},
+                                          {"b.corners", false, 100, View::Kind::corners, 50},
+                                          {"p.stripes", false, 1000, View::Kind::stripes, 80},
+                                          {"certificates", true}};
+  EXPECT_NEAR(sources[0].degrees_of_freedom(), 40, 1e-12);
+  EXPECT_NEAR(effective_degrees_of_freedom(sources, {1, 0, 0, 0}), 40, 1e-12);
+  // However many cameras tell the same, how far their corners are correlated is known once.
+  EXPECT_NEAR(effective_degrees_of_freedom(sources, {0.5, 0.5, 0, 0}), 1 / (0.25 / 200 + 0.25 / 100 + 1.0 / 50), 1e-12);
+  EXPECT_NEAR(effective_degrees_of_freedom(sources, {0.5, 0, 0.3, 0.2}), 1 / (0.25 / 40 + 0.09 / 1000 + 0.09 / 80),
+              1e-12);
+  EXPECT_EQ(effective_degrees_of_freedom(sources, {0, 0, 0, 1}), INFINITY);
 }
 
 // Placements and stations, one kind of them eliminated; LEDs, trackers, a mount's rotation in degrees.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -217,6 +218,32 @@ TEST(StripePhase, BlackEdgesDoNotPullTheirNeighbours) {
   EXPECT_GT(rms(raw, 0, 4), 0.1);
   EXPECT_LT(rms(corrected, 0, 4), 0.02);
   EXPECT_LT(rms(corrected, 4, 8), rms(raw, 4, 8));
+}
+
+// Beside a printed edge, along it or across, a pixel may see its surface in part: sigma grows there, and nowhere else.
+TEST(StripePhase, SigmaGrowsBesidePrintedEdges) {
+  StripeScene scene;
+  scene.noise = 0.5;
+  scene.white = 230;
+  scene.camera_blur_px = 1.5;
+  const cv::Mat plain = estimate(render_stripes(scene, {kColumns})).sigma_px;
+  scene.reflectance = cv::Mat(4 * scene.camera.height, 4 * scene.camera.width, CV_32F, cv::Scalar(1));
+  constexpr int kEdge = 60;  // rows above it are black
+  scene.reflectance.rowRange(0, 4 * kEdge) = 0.06F;
+  const cv::Mat printed = estimate(render_stripes(scene, {kColumns})).sigma_px;
+  const auto median_ratio = [&](int y) {
+    std::vector<double> ratios;
+    for (int x = 8; x < scene.camera.width - 8; ++x) {
+      if (plain.at<float>(y, x) > 0 && printed.at<float>(y, x) > 0) {
+        ratios.push_back(printed.at<float>(y, x) / plain.at<float>(y, x));
+      }
+    }
+    if (ratios.empty()) return 0.0;
+    std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
+    return ratios[ratios.size() / 2];
+  };
+  EXPECT_GT(median_ratio(kEdge), 2);
+  EXPECT_NEAR(median_ratio(kEdge + 20), 1, 0.2);
 }
 
 TEST(StripePhase, PrintedEdgesDoNotPullTheCoordinate) {
