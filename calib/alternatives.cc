@@ -11,9 +11,10 @@
 namespace crumple {
 namespace {
 
-constexpr double kByChance = 1e-3;   // over all that are tested
-constexpr double kMaterial = 0.3;    // sigmas of observations
-constexpr double kMaterialBias = 3;  // sigmas of parameters
+constexpr double kByChance = 1e-3;    // over all that are tested
+constexpr double kMaterial = 0.3;     // sigmas of observations
+constexpr double kMaterialBias = 3;   // sigmas of parameters
+constexpr double kFourOfFive = 0.84;  // of a normal distribution lie above minus so many sigmas
 constexpr int kMostFound = 3;
 constexpr double kEquallyGood = 9;  // of the sum of squares: 3 sigma
 
@@ -85,15 +86,21 @@ Expected<AlternativeTests> test_alternatives(const CalibrationData& data, const 
   const std::vector<AlternativeCandidate> candidates = alternative_candidates(data, calibration, *tester);
   AlternativeTests result;
   result.tested = static_cast<int>(candidates.size());
+  if (candidates.empty()) return result;
   const double per_degree = std::log(std::max(2.0, observation_count(calibration.bundle)));
 
   const double inflation = std::max(calibration.inflation.corners, calibration.inflation.stripes);
+  // Sigmas of one parameter.
+  const double least_found = std::sqrt(chi_square_exceeded(kByChance / static_cast<double>(candidates.size()), 1));
   std::vector<Tested> promising;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const ScoreOutcome outcome = tester->test(candidates[c].columns);
-    if (candidates[c].kind == AlternativeKind::size && candidates[c].columns.front().second.cols() == 1 &&
-        outcome.degrees == 0) {
-      result.untestable_sizes.push_back(candidates[c].subject);
+    if (candidates[c].kind == AlternativeKind::size && candidates[c].columns.front().second.cols() == 1) {
+      if (outcome.degrees == 0) {
+        result.untestable_sizes.push_back(candidates[c].subject);
+      } else {
+        result.size_limits.push_back({candidates[c].subject, outcome.sigma[0] * (least_found + kFourOfFive)});
+      }
     }
     Tested tested{c, outcome, outcome.gain, outcome.degrees};
     if (matters(tested, candidates.size(), inflation)) promising.push_back(std::move(tested));

@@ -39,11 +39,19 @@ struct Alternative {
   double bias = 0;    // sigmas of the parameters
 };
 
+// From how much on a board's wrong size, as a share of it, would be found: with 80 % probability (Baarda, A testing
+// procedure for use in geodetic networks, 1968: the minimal detectable bias).
+struct SizeLimit {
+  std::string subject;
+  double detectable = 0;
+};
+
 struct AlternativeTests {
   int tested = 0;
   // Boards whose size nothing else could contradict; in the order of the data's boards.
   std::vector<std::string> untestable_sizes;
-  std::vector<Alternative> found;  // the most obvious first
+  std::vector<SizeLimit> size_limits;  // of the others
+  std::vector<Alternative> found;      // the most obvious first
 };
 
 // `data` and `calibration` belong together. Fails where the refinement's equations have no inverse.

@@ -33,6 +33,7 @@ constexpr double kIllConditioned = 1e9;
 constexpr double kContradiction = 1e-4;  // probability
 constexpr double kNoisier = 3;
 constexpr double kUnknownThere_px = 1;  // projection uncertainty of a part of the image that was never looked at
+constexpr double kFinePitch = 5e-4;     // good boards are made to that; what would not show beyond it is said
 constexpr double kWorseThere = 3;       // than where it was
 
 const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view) {
@@ -293,6 +294,24 @@ std::vector<std::string> notes_on(const BundleResult& bundle) {
   return notes;
 }
 
+// What the search for a wrong pitch could not see.
+void note_size_limits(const AlternativeTests& tests, Verdict& verdict) {
+  if (!tests.untestable_sizes.empty()) {
+    verdict.notes.push_back(fmt::format("nothing here could contradict the size of {}: a wrong pitch would not show",
+                                        fmt::join(tests.untestable_sizes, ", ")));
+  }
+  std::vector<std::string> limits;
+  for (const SizeLimit& limit : tests.size_limits) {
+    if (limit.detectable < kFinePitch) continue;
+    limits.push_back(fmt::format("of {} from {:.2g} % on", limit.subject, 100 * limit.detectable));
+  }
+  const bool found = std::any_of(tests.found.begin(), tests.found.end(),
+                                 [](const Alternative& a) { return a.kind == AlternativeKind::size; });
+  if (!limits.empty() && !found) {
+    verdict.notes.push_back(fmt::format("a wrong pitch would show {}", fmt::join(limits, ", ")));
+  }
+}
+
 }  // namespace
 
 std::string level_of(const Verdict& verdict) {
@@ -323,10 +342,7 @@ Verdict judge(const CalibrationData& data, const Calibration& calibration, int t
     for (const Alternative& found : alternatives->found) {
       if (!moved || found.kind != AlternativeKind::place) faults.push_back(found.sentence);
     }
-    if (!alternatives->untestable_sizes.empty()) {
-      verdict.notes.push_back(fmt::format("nothing here could contradict the size of {}: a wrong pitch would not show",
-                                          fmt::join(alternatives->untestable_sizes, ", ")));
-    }
+    note_size_limits(*alternatives, verdict);
   }
   verdict.reasons.insert(verdict.reasons.begin(), faults.begin(), faults.end());
   judge_images(data.observations, calibration, verdict);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/special_functions/beta.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 
@@ -10,6 +11,10 @@ namespace crumple {
 double chi_square_tail(double x, int degrees) {
   if (degrees <= 0 || !(x > 0)) return 1;
   return std::isfinite(x) ? boost::math::gamma_q(degrees / 2.0, x / 2) : 0;
+}
+
+double chi_square_exceeded(double probability, int degrees) {
+  return boost::math::quantile(boost::math::complement(boost::math::chi_squared(degrees), probability));
 }
 
 double f_tail(double f, int degrees, double of_variance) {

@@ -1,6 +1,8 @@
 // Are faults of a campaign found, and by their names? Simulated campaigns of random tracked systems with one fault in
 // each, taken in turns, and as many sound ones as false alarms need. Seeds are fixed, every campaign counts.
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <map>
 
 #include <fmt/format.h>
@@ -30,6 +32,7 @@ using Json = nlohmann::ordered_json;
 struct Judged {
   bool alarm = false;
   bool named = false;
+  bool too_small = false;  // to be found, and said to be
   std::vector<std::string> reasons;
   std::vector<std::string> notes;
 };
@@ -58,6 +61,17 @@ std::vector<std::string> told(const CalibrationData& data, const std::optional<C
   return reasons;
 }
 
+// The share from which on a wrong pitch of the first board would show, as the notes say; 0 where they do not.
+double pitch_that_would_show(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) {
+    double percent = 0;
+    if (std::sscanf(note.c_str(), "a wrong pitch would show of board 'board' from %lf %%", &percent) == 1) {
+      return percent / 100;
+    }
+  }
+  return 0;
+}
+
 Judged judge_campaign(Fault fault, unsigned seed) {
   const FaultyCampaign campaign = make_faulty(fault, seed);
   Judged judged;
@@ -67,6 +81,7 @@ Judged judge_campaign(Fault fault, unsigned seed) {
     return std::any_of(campaign.named_by.begin(), campaign.named_by.end(),
                        [&](const std::string& words) { return said.find(words) != std::string::npos; });
   };
+  judged.too_small = campaign.stretch != 0 && pitch_that_would_show(judged.notes) > std::abs(campaign.stretch);
   judged.named = std::any_of(judged.reasons.begin(), judged.reasons.end(), names_it) ||
                  std::any_of(judged.notes.begin(), judged.notes.end(), names_it);
   return judged;
@@ -76,13 +91,19 @@ struct Tally {
   int campaigns = 0;
   int found = 0;
   int named = 0;
+  int too_small = 0;
 };
 
 Json print_tally(const char* name, const Tally& tally) {
   const double share = 100.0 / std::max(1, tally.campaigns);
-  fmt::print("| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) |\n", name, tally.campaigns, tally.found, tally.found * share,
-             tally.named, tally.named * share);
-  return {{"fault", name}, {"campaigns", tally.campaigns}, {"found", tally.found}, {"named", tally.named}};
+  const int told = tally.named + tally.too_small;
+  fmt::print("| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) | {} | {:.1f} % |\n", name, tally.campaigns, tally.found,
+             tally.found * share, tally.named, tally.named * share, tally.too_small, told * share);
+  return {{"fault", name},
+          {"campaigns", tally.campaigns},
+          {"found", tally.found},
+          {"named", tally.named},
+          {"said_to_be_too_small", tally.too_small}};
 }
 
 int run() {
@@ -112,6 +133,7 @@ int run() {
       ++tally->campaigns;
       tally->found += judged[i].alarm ? 1 : 0;
       tally->named += judged[i].named ? 1 : 0;
+      tally->too_small += judged[i].too_small && !judged[i].named ? 1 : 0;
     }
     const bool as_it_should = plan[i] == Fault::none ? !judged[i].alarm : judged[i].named;
     if (!FLAGS_reasons || as_it_should) continue;
@@ -120,7 +142,9 @@ int run() {
     for (const std::string& note : judged[i].notes) fmt::print(stderr, "  note: {}\n", note);
   }
   Json rows = Json::array();
-  fmt::print("| fault | campaigns | something was said | it was named |\n|---|---:|---:|---:|\n");
+  fmt::print(
+      "| fault | campaigns | something was said | it was named | said to be too small | named or said |\n"
+      "|---|---:|---:|---:|---:|---:|\n");
   for (const auto& [fault, tally] : tallies) rows.push_back(print_tally(name_of(fault), tally));
   rows.push_back(print_tally("all faults", all));
   const auto text = json_text(Json{{"first_seed", FLAGS_first_seed}, {"rows", rows}});

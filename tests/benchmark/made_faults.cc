@@ -142,7 +142,8 @@ class Campaign {
   }
 
   void stretch_the_board() {
-    made_.truth.boards[0].scale *= 1 + sign() * real(0.0015, 0.003);
+    campaign_.stretch = sign() * real(0.0015, 0.003);
+    made_.truth.boards[0].scale *= 1 + campaign_.stretch;
     made_.observations = predicted_observations(made_.truth, made_.observations);
     campaign_.named_by = {"the pitch of board"};
   }

@@ -30,6 +30,7 @@ struct FaultyCampaign {
   // Of moved_led: seen later, to be held against the rig of `data`.
   std::optional<CalibrationData> later = {};
   std::vector<std::string> named_by;  // a reason or note that holds one of these names it
+  double stretch = 0;                 // of wrong_pitch: by how much, as a share
 };
 
 // Random system, geometry and noise by the seed.

@@ -55,6 +55,10 @@ TEST(Alternatives, NoneIsFoundWhereTheModelIsRight) {
   EXPECT_GT(tests.tested, 50);
   EXPECT_THAT(tests.found, IsEmpty());
   EXPECT_THAT(tests.untestable_sizes, IsEmpty());  // each board could contradict the other
+  // From how much on it would: 0.5 % are found in the test of a wrong pitch.
+  ASSERT_EQ(tests.size_limits.size(), 2u);
+  EXPECT_GT(tests.size_limits[0].detectable, 1e-5);
+  EXPECT_LT(tests.size_limits[0].detectable, 0.005);
 }
 
 TEST(Alternatives, AnLedThatWasTouchedIsNamedWithTheStation) {

@@ -23,6 +23,14 @@ TEST(ChiSquare, NothingToTestIsNoEvidence) {
   EXPECT_GE(chi_square_tail(1e6, 5), 0);
 }
 
+TEST(ChiSquare, WhatIsExceededIsTheTailsInverse) {
+  for (const int degrees : {1, 2, 7, 60}) {
+    for (const double probability : {0.5, 0.05, 1e-5}) {
+      EXPECT_NEAR(chi_square_tail(chi_square_exceeded(probability, degrees), degrees) / probability, 1, 1e-9);
+    }
+  }
+}
+
 TEST(F, TailsOfTheTable) {
   EXPECT_NEAR(f_tail(4.964603, 1, 10), 0.05, 1e-7);
   EXPECT_NEAR(f_tail(4.102821, 2, 10), 0.05, 1e-7);
