@@ -8,7 +8,8 @@
 //   2. Cameras are joined through the placements they share; the mean of the poses is the mount.
 //   3. Each projector, the cameras being known: every pixel pair gives a board point and a projector pixel. Two forms:
 //      the paper's (homographies board -> projector, Zhang again) and the resection of all placements' points at once,
-//      which copes with an offset lens and few tilts; the one that reprojects better is taken.
+//      which copes with an offset lens and few tilts; the one that reprojects better is taken. Views that contradict
+//      most others, as of a station where camera and projector were out of step, have no part in it.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,9 @@
 #include "calib/calibrate.h"
 
+#include <set>
+#include <string>
+#include <vector>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,6 +41,32 @@ TEST(Calibrate, RecoversTheRigFromProjectedFeaturesAlone) {
   const auto found = calibrate(data, {.warp = WarpChoice::off});
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_LT(worst_relative_error(found->bundle.state.rig, made.truth.rig), 1e-6);
+}
+
+// Two of eight stations were taken out of step with the projector, which reads half of every coordinate there.
+TEST(Calibrate, StationsOutOfStepAreNamedAndHaveNoPart) {
+  Synthetic made =
+      make_synthetic({.placements = 8, .corner_sigma_px = 0.05, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.05});
+  const std::set<std::size_t> lost{0, 5};
+  for (StripeView& view : made.observations.stripes) {
+    if (!lost.contains(view.placement)) continue;
+    for (double& coordinate_px : view.coordinates_px) coordinate_px *= 0.5;
+  }
+  CalibrationData data = data_of(made);
+  data.observations.features.clear();
+  for (PixelPairs& view : data.pairs) {
+    if (!lost.contains(view.placement)) continue;
+    for (Eigen::Vector2d& pixel : view.projector_pixels) pixel *= 0.5;
+  }
+  const auto found = calibrate(data, {});
+  ASSERT_TRUE(found) << found.error().message;
+  const double focal_px = made.truth.rig.sensors[1].lens.parameters()[0];
+  EXPECT_NEAR(found->bundle.state.rig.sensors[1].lens.parameters()[0], focal_px, 0.003 * focal_px);
+  const std::vector<std::string> reasons = judge(*found).reasons;
+  for (const char* station : {"station p0", "station p5"}) {
+    EXPECT_THAT(reasons,
+                testing::Contains(testing::AllOf(testing::HasSubstr(station), testing::HasSubstr("out of step"))));
+  }
 }
 
 TEST(Calibrate, WarpHasToEarnItsPlace) {
