@@ -48,11 +48,12 @@ struct Spread {
 Spread spread_of_inflation(double smooth) {
   constexpr double kNoise_px = 0.05;
   std::vector<Inflation> found;
-  for (unsigned seed = 1; seed <= 30; ++seed) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
     Synthetic made = make_synthetic(
         {.placements = 8, .corner_sigma_px = 0.1, .stripe_sigma_px = kNoise_px, .feature_sigma_px = 0.1, .seed = seed});
     std::mt19937_64 random(seed);
     for (StripeView& view : made.observations.stripes) {
+      if (smooth == 0) break;
       add_smooth_errors(kNoise_px * std::sqrt(smooth / static_cast<double>(view.camera_pixels.size())), random, view);
     }
     const auto bundle = refine(made.truth, made.observations, {});
@@ -73,7 +74,7 @@ Spread spread_of_inflation(double smooth) {
 TEST(Correlation, WeakSmoothErrorsCountForWhatTheyAre) {
   const Spread spread = spread_of_inflation(0.8);
   EXPECT_NEAR(spread.mean, 1.8, 0.1);
-  // As a chi-square with that many degrees of freedom scatters; 30 campaigns tell a variance to 26 %.
+  // As a chi-square with that many degrees of freedom scatters; 20 campaigns tell a variance to 32 %.
   EXPECT_NEAR(spread.variance / (2 * spread.mean * spread.mean / spread.degrees_of_freedom), 1, 0.8);
 }
 
