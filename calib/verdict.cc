@@ -303,7 +303,7 @@ void note_size_limits(const AlternativeTests& tests, Verdict& verdict) {
   std::vector<std::string> limits;
   for (const SizeLimit& limit : tests.size_limits) {
     if (limit.detectable < kFinePitch) continue;
-    limits.push_back(fmt::format("of {} from {:.2g} % on", limit.subject, 100 * limit.detectable));
+    limits.push_back(fmt::format("from {:.2g} % on of {}", 100 * limit.detectable, limit.subject));
   }
   const bool found = std::any_of(tests.found.begin(), tests.found.end(),
                                  [](const Alternative& a) { return a.kind == AlternativeKind::size; });

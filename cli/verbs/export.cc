@@ -38,10 +38,10 @@ std::string names_on(const Rig& rig, Mount mount) {
 Expected<Rig> on_one_mount(Rig rig, const std::optional<Mount>& wanted) {
   const std::string on_probe = names_on(rig, Mount::probe), in_world = names_on(rig, Mount::world);
   if (!wanted && !on_probe.empty() && !in_world.empty()) {
-    return fail(
-        fmt::format("{} are on the probe and {} fixed to the world: their poses have no frame in common. Write one or "
-                    "the other, by --mount=probe or --mount=world",
-                    on_probe, in_world));
+    return fail(fmt::format(
+        "{} on the probe and {} fixed to the world have no frame in common for their poses. Write one or the "
+        "other, by --mount=probe or --mount=world",
+        on_probe, in_world));
   }
   const Mount mount = wanted.value_or(on_probe.empty() ? Mount::world : Mount::probe);
   std::erase_if(rig.sensors, [&](const Sensor& sensor) { return sensor.mount != mount; });

@@ -65,7 +65,7 @@ std::vector<std::string> told(const CalibrationData& data, const std::optional<C
 double pitch_that_would_show(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) {
     double percent = 0;
-    if (std::sscanf(note.c_str(), "a wrong pitch would show of board 'board' from %lf %%", &percent) == 1) {
+    if (std::sscanf(note.c_str(), "a wrong pitch would show from %lf %% on of board 'board'", &percent) == 1) {
       return percent / 100;
     }
   }

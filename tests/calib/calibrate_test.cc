@@ -1,5 +1,6 @@
 #include "calib/calibrate.h"
 
+#include <cmath>
 #include <set>
 #include <string>
 #include <vector>
@@ -41,6 +42,24 @@ TEST(Calibrate, RecoversTheRigFromProjectedFeaturesAlone) {
   const auto found = calibrate(data, {.warp = WarpChoice::off});
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_LT(worst_relative_error(found->bundle.state.rig, made.truth.rig), 1e-6);
+}
+
+// With known noise; what is estimated of it differs from one set of observations to another.
+TEST(Calibrate, StripesAndProjectedFeaturesTogetherKnowMore) {
+  const Synthetic made = make_synthetic({.corner_sigma_px = 0.05, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.05});
+  const auto sigma_of_fx = [&](bool stripes, bool features) {
+    Observations seen = made.observations;
+    if (!stripes) seen.stripes.clear();
+    if (!features) seen.features.clear();
+    BundleOptions options{.reject_outliers = false, .estimate_known_sigmas = false};
+    for (const char* group : {"cam0.corners", "proj0.stripes", "cam0.features"}) options.known_sigma_px[group] = 0.05;
+    const auto bundle = refine(made.truth, seen, options);
+    EXPECT_TRUE(bundle);
+    return bundle ? std::sqrt(bundle->covariance.of({{BlockId::Kind::lens, 1}}, bundle->state)(0, 0)) : 0.0;
+  };
+  const double both = sigma_of_fx(true, true);
+  EXPECT_LT(both, 0.99 * sigma_of_fx(false, true));
+  EXPECT_LT(both, 0.99 * sigma_of_fx(true, false));
 }
 
 // Two of eight stations were taken out of step with the projector, which reads half of every coordinate there.

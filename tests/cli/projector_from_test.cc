@@ -67,11 +67,10 @@ TEST(CalibrateVerb, AProjectorFromStripesAProjectedChessboardOrBoth) {
       EXPECT_LT(std::abs(row["error"].get<double>()), 4 * row["sigma"].get<double>()) << name;
     }
   }
-  // What both tell is known better than by stripes, and not less than by the chessboard, but for how many observations
-  // count as one, which four placements tell to some 20 % only.
+  // Against the chessboard alone tests/calib/calibrate_test.cc says it exactly: how many observations count as one four
+  // placements tell to some 20 % only, each time anew.
   const auto sigma_of_fx = [](const json& summary) { return parameter(summary, "proj0.fx")["sigma"].get<double>(); };
   EXPECT_LT(sigma_of_fx(both), sigma_of_fx(stripes));
-  EXPECT_LT(sigma_of_fx(both), 1.1 * sigma_of_fx(chessboard));
 
   const ProgramRun neither = run_program("calibrate '" + capture + "/capture.yaml' --projector_from=lamp --out=x");
   EXPECT_EQ(neither.exit_code, 2);

@@ -97,14 +97,20 @@ TEST(StripePhase, CorrectionTakesThePhaseErrorOfAForeignBlurAway) {
   EXPECT_LT(corrected.rms_px, 0.8 * raw.rms_px);
 }
 
-// Stripes about as wide as the camera's pixels: their phase drifts slowly over the image, and second differences tell
-// little of an error that goes with it. Noise, which is least near the stripes' boundaries, must not pass for one.
-TEST(StripePhase, NoiseIsNotTakenForPhaseError) {
+// Stripes about as wide as the camera's pixels, so that their phase drifts slowly over the image.
+StripeScene drifting_scene() {
   StripeScene scene;
   scene.projector = {192, 96};
   scene.projector_from_camera = [](const Eigen::Vector2d& at) {
     return Eigen::Vector2d(8.3 + 1.04 * at.x() + 0.05 * at.y(), 12 + 0.6 * at.y());
   };
+  return scene;
+}
+
+// Second differences tell little of an error that goes with a slowly drifting phase. Noise, which is least near the
+// stripes' boundaries, must not pass for one.
+TEST(StripePhase, NoiseIsNotTakenForPhaseError) {
+  StripeScene scene = drifting_scene();
   scene.camera_blur_px = 1;
   scene.noise = 4;
   scene.reflectance = cv::Mat(4 * scene.camera.height, 4 * scene.camera.width, CV_32F, cv::Scalar(1));
@@ -133,11 +139,7 @@ TEST(StripePhase, NoiseIsNotTakenForPhaseError) {
 // Whoever takes the best of many pixels must not get those whose noise makes them look better than they are: sigma is
 // nearly the same whatever the pixel's own noise.
 TEST(StripePhase, SigmaDoesNotFollowThePixelsOwnNoise) {
-  StripeScene scene;
-  scene.projector = {192, 96};
-  scene.projector_from_camera = [](const Eigen::Vector2d& at) {
-    return Eigen::Vector2d(8.3 + 1.04 * at.x() + 0.05 * at.y(), 12 + 0.6 * at.y());
-  };
+  StripeScene scene = drifting_scene();
   scene.projector_blur_px = 0.5;
   scene.noise = 4;
   const StripeOrientation orientation{.bits = 8};
