@@ -2,12 +2,14 @@
 // in video by others, and the calibration they made of them, which reprojects at 1.25 to 2.05 px with every corner a
 // point of its own. Here the corners of a moment are those of one rigid board.
 //
-// Camera 1 does not fit: by itself it reprojects at 0.4 px, with the others at 4. The board moves at some 100 px a
-// second and its images were paired by software; corners moved along half a frame lower the 4 px to 3.2, so lateness is
-// part of it, if not a constant one. It is the worst camera of the stored solution too. What is asked is that the
-// calibration names it and that the other three are not drawn along.
+// Camera 1 does not fit: by itself it reprojects at 0.4 px, with the others at 4, and is the worst of the stored
+// solution too. Its images, paired with the others' by software at 6 moments a second, were taken at other moments: a
+// quarter to a whole frame earlier, as a camera does that runs freely. The board moves at some 100 px a second. As the
+// corners are, the calibration is asked to name this camera and not to draw the other three along; with each of its
+// views moved to its moment, one number for up to 24 coordinates, all four are asked to fit.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -17,6 +19,8 @@
 
 #include "calib/calibrate.h"
 #include "calib/verdict.h"
+#include "solvers/mean_pose.h"
+#include "solvers/small_problem.h"
 #include "tests/datasets/public_data.h"
 #include "tests/python.h"
 
@@ -77,6 +81,128 @@ CalibrationData data_of(const std::vector<SeenCorner>& corners) {
   }
   data.observations.placement_count = data.placement_names.size();
   return data;
+}
+
+CalibrationData data_of_cameras(const std::vector<SeenCorner>& corners, const std::vector<std::size_t>& cameras) {
+  std::vector<SeenCorner> seen;
+  for (SeenCorner corner : corners) {
+    const auto camera = std::find(cameras.begin(), cameras.end(), corner.camera);
+    if (camera == cameras.end()) continue;
+    corner.camera = static_cast<std::size_t>(camera - cameras.begin());
+    seen.push_back(corner);
+  }
+  CalibrationData data = data_of(seen);
+  data.sensors.resize(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) data.sensors[c].name = "cam" + std::to_string(cameras[c]);
+  return data;
+}
+
+std::map<int, Pose> board_poses(const Calibration& calibration) {
+  std::map<int, Pose> poses;
+  for (std::size_t p = 0; p < calibration.placement_names.size(); ++p) {
+    poses[std::stoi(calibration.placement_names[p])] = calibration.bundle.state.world_from_board[p];
+  }
+  return poses;
+}
+
+// A view of a camera that runs freely, and where the board was then, as the other cameras saw it.
+struct FreeView {
+  int moment = 0;
+  std::vector<const SeenCorner*> corners;
+  Pose rig_from_board;
+  Vector6d velocity, acceleration;  // per moment
+
+  // Through the poses of the moments before, at and after.
+  Pose board_at(double lateness) const {
+    return retract(rig_from_board, lateness * velocity + lateness * lateness / 2 * acceleration);
+  }
+};
+
+std::vector<FreeView> free_views(const std::vector<SeenCorner>& corners, std::size_t camera,
+                                 const std::map<int, Pose>& rig_from_board) {
+  std::map<int, std::vector<const SeenCorner*>> seen;
+  for (const SeenCorner& corner : corners) {
+    if (corner.camera == camera) seen[corner.moment].push_back(&corner);
+  }
+  std::vector<FreeView> views;
+  for (auto& [moment, of_view] : seen) {
+    const auto here = rig_from_board.find(moment), before = rig_from_board.find(moment - 1),
+               after = rig_from_board.find(moment + 1), none = rig_from_board.end();
+    if (of_view.size() < kFewestCorners || here == none || before == none || after == none) continue;
+    const Vector6d back = local_step(here->second, before->second), on = local_step(here->second, after->second);
+    views.push_back({moment, std::move(of_view), here->second, (on - back) / 2, on + back});
+  }
+  return views;
+}
+
+struct FreeCamera {
+  std::vector<FreeView> views;
+  std::vector<double> lateness;     // in moments; negative: earlier than the others
+  std::vector<SeenCorner> corners;  // each where the camera would have seen it at the others' moment
+};
+
+// Where the camera is in the rig and how late each of its views is, by least squares; its lens from itself.
+FreeCamera fit_free_camera(const std::vector<SeenCorner>& corners, std::size_t camera, const Board& board,
+                           const std::map<int, Pose>& rig_from_board, const Lens& lens,
+                           const std::map<int, Pose>& cam_from_board) {
+  FreeCamera result;
+  result.views = free_views(corners, camera, rig_from_board);
+  std::vector<Pose> cam_from_rig;
+  int coordinates = 0;
+  for (const FreeView& view : result.views) {
+    cam_from_rig.push_back(cam_from_board.at(view.moment) * view.rig_from_board.inverse());
+    coordinates += 2 * static_cast<int>(view.corners.size());
+  }
+  const Pose start = mean_pose(cam_from_rig);
+  const auto views = static_cast<Eigen::Index>(result.views.size());
+  const auto project = [&](const Pose& mount, const Pose& board_pose, int corner) {
+    return lens.project(mount * (board_pose * board.point(corner)));
+  };
+  SmallProblem problem;
+  problem.residuals = coordinates;
+  const auto residuals = [&](const Eigen::VectorXd& x, Eigen::VectorXd& r) {
+    const Pose mount = retract(start, x.head<6>());
+    Eigen::Index row = 0;
+    for (Eigen::Index v = 0; v < views; ++v) {
+      const FreeView& view = result.views[static_cast<std::size_t>(v)];
+      for (const SeenCorner* corner : view.corners) {
+        const auto pixel = project(mount, view.board_at(x[6 + v]), corner->corner);
+        if (!pixel) return false;
+        r.segment<2>(row) = *pixel - corner->pixel;
+        row += 2;
+      }
+    }
+    return true;
+  };
+  problem.evaluate = [&](const Eigen::VectorXd& x, Eigen::VectorXd& r, Eigen::MatrixXd* jacobian) {
+    if (!residuals(x, r)) return false;
+    if (!jacobian) return true;
+    Eigen::VectorXd more(coordinates), less(coordinates);
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      Eigen::VectorXd moved = x;
+      moved[i] = x[i] + 1e-5;
+      if (!residuals(moved, more)) return false;
+      moved[i] = x[i] - 1e-5;
+      if (!residuals(moved, less)) return false;
+      jacobian->col(i) = (more - less) / 2e-5;
+    }
+    return true;
+  };
+  const auto fit = solve(problem, Eigen::VectorXd::Zero(6 + views), {});
+  EXPECT_TRUE(fit) << fit.error().message;
+  if (!fit) return result;
+  const Pose mount = retract(start, fit->x.head<6>());
+  for (Eigen::Index v = 0; v < views; ++v) {
+    const FreeView& view = result.views[static_cast<std::size_t>(v)];
+    result.lateness.push_back(fit->x[6 + v]);
+    for (const SeenCorner* corner : view.corners) {
+      SeenCorner moved = *corner;
+      moved.pixel += *project(mount, view.rig_from_board, corner->corner) -
+                     *project(mount, view.board_at(fit->x[6 + v]), corner->corner);
+      result.corners.push_back(moved);
+    }
+  }
+  return result;
 }
 
 // Their cameras, in the frame of their points, m.
@@ -171,15 +297,37 @@ TEST_F(MulticamCharuco, ReprojectsWellBelowTheStoredSolution) {
   EXPECT_THAT(verdict.reasons, testing::Contains(testing::HasSubstr("cam1")));
 }
 
+TEST_F(MulticamCharuco, AllFourReprojectWellBelowItWithCamera1AtItsMoments) {
+  const auto others = calibrate(data_of_cameras(corners_, {0, 2, 3}), {});
+  ASSERT_TRUE(others) << others.error().message;
+  const auto alone = calibrate(data_of_cameras(corners_, {kOddCamera}), {});
+  ASSERT_TRUE(alone) << alone.error().message;
+  const CalibrationState& odd = alone->bundle.state;
+  const FreeCamera free = fit_free_camera(corners_, kOddCamera, odd.boards.front(), board_poses(*others),
+                                          odd.rig.sensors.front().lens, board_poses(*alone));
+  std::vector<SeenCorner> corners = free.corners;
+  std::copy_if(corners_.begin(), corners_.end(), std::back_inserter(corners),
+               [](const SeenCorner& corner) { return corner.camera != kOddCamera; });
+  const auto calibration = calibrate(data_of(corners), {});
+  ASSERT_TRUE(calibration) << calibration.error().message;
+  // From moment to moment a camera of another rate falls behind by the same fraction of a frame, until it gains one.
+  const auto earlier = std::count_if(free.lateness.begin(), free.lateness.end(),
+                                     [](double lateness) { return lateness > -1.05 && lateness < 0.1; });
+  EXPECT_GE(earlier, 0.85 * static_cast<double>(free.lateness.size()));
+  RecordProperty("views_at_their_moments", static_cast<int>(free.views.size()));
+  for (const GroupSummary& group : calibration->bundle.groups) {
+    const std::string name = "cam" + std::to_string(group.sensor);
+    RecordProperty(name + "_at_its_moments_rms_px", std::to_string(group.rms_px));
+    RecordProperty(name + "_at_its_moments_rms_all_px", std::to_string(group.rms_all_px));
+    EXPECT_LT(group.rms_px, 0.7 * stored_rms_[group.sensor]) << group.sensor;
+    // A tenth of camera 1's, whose poses between moments are only parabolas; which ones was not looked into.
+    EXPECT_LT(static_cast<double>(group.outliers), 0.12 * static_cast<double>(group.observations)) << group.sensor;
+  }
+}
+
 TEST_F(MulticamCharuco, EachCameraByItself) {
   for (std::size_t c = 0; c < kCameras; ++c) {
-    std::vector<SeenCorner> seen;
-    for (SeenCorner corner : corners_) {
-      if (std::exchange(corner.camera, 0) == c) seen.push_back(corner);
-    }
-    CalibrationData data = data_of(seen);
-    data.sensors.resize(1);
-    const auto calibration = calibrate(data, {});
+    const auto calibration = calibrate(data_of_cameras(corners_, {c}), {});
     ASSERT_TRUE(calibration) << calibration.error().message;
     const GroupSummary& group = calibration->bundle.groups.front();
     RecordProperty("cam" + std::to_string(c) + "_alone_rms_px", std::to_string(group.rms_px));
