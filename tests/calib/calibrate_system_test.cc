@@ -52,6 +52,8 @@ INSTANTIATE_TEST_SUITE_P(
         SystemCase{"MovedTrackers", {.projector = false, .stations = 20, .room_leds = 6, .moved_trackers = true}},
         SystemCase{"MovedTrackersTiedByTheBoard", {.projector = false, .stations = 20, .moved_trackers = true}},
         SystemCase{"OneTracker", {.trackers = 1, .projector = false, .stations = 14}},
+        SystemCase{"OneTrackerAndFourStationsABoard",
+                   {.trackers = 1, .leds = 6, .projector = false, .stations = 11, .placements = 3}},
         SystemCase{"FourTrackersAndAWand",
                    {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}}),
     [](const auto& of_case) { return of_case.param.name; });
