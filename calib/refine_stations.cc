@@ -216,6 +216,7 @@ Expected<StationRefinement> refine_stations(const Rig& rig, const std::vector<Ob
                        .known_sigma_px = std::move(known_sigma_px),
                        .overlap_inflation = options.overlap_inflation,
                        .threads = options.threads};
+  for (std::size_t t = 0; t < targets.size(); ++t) bundle.dispensable_leds.insert(rig.leds.size() + t);
   const auto of_leds = rig_prior(rig, start, leds);
   if (!of_leds) return tl::unexpected(of_leds.error());
   bundle.held = of_leds->held;

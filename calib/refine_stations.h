@@ -46,7 +46,8 @@ struct ObservedStation {
   std::vector<TargetReading> targets = {};
 };
 
-// A point fixed to the room; where it is, roughly. It has to be seen from two stations.
+// A point fixed to the room; where it is, roughly. It has to be seen from two stations; one of which fewer than two
+// readings agree says nothing and stays where it was.
 struct RoomTarget {
   std::string name;
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <fmt/format.h>
 
@@ -25,15 +26,19 @@ using GroupKey = std::pair<std::size_t, View::Kind>;
 constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
 constexpr int kReadmittingRounds = 10;
-constexpr int kRetrialRounds = 5;          // of placements without accepted observations
-constexpr int kLeastForPose = 6;           // coordinates
-constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
+constexpr int kRetrialRounds = 5;           // of placements without accepted observations
+constexpr double kTestable = 1e-6;          // of the redundancy's determinant
+constexpr int kLeastForPose = 6;            // coordinates
+constexpr std::size_t kFewestReadings = 2;  // of an LED
+constexpr double kRobustTolerance = 1e-6;   // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
 constexpr double kSigmaFloor_px = 1e-9;                      // noise-free data must not divide by zero
 constexpr double kSigmaSettled = 1e-6;                       // relative change
 // While sigmas and outliers are still being settled: well below what moves them.
 constexpr double kRoundTolerance = 1e-9;
+
+double square(double x) { return x * x; }
 
 GroupKey key_of(const View& view) { return {view.sensor(), view.kind()}; }
 
@@ -156,9 +161,12 @@ double standardised_square(const Eigen::VectorXd& residuals_px, int i, int d, do
   Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
   residual_px.head(d) = residuals_px.segment(d * i, d);
   const Eigen::Matrix2d variance = Eigen::Matrix2d::Identity() + (inlier ? -1 : 1) * hat;
-  // An observation that alone determines something has no redundancy and cannot be tested.
-  if (variance.determinant() < 1e-6) return 0;
-  return residual_px.dot(variance.inverse() * residual_px) / (sigma_px * sigma_px);
+  if (variance.determinant() >= kTestable) return residual_px.dot(variance.inverse() * residual_px) / square(sigma_px);
+  // Along what an observation alone determines it has no redundancy and cannot be tested: of a point that two cameras
+  // see, along their epipolar lines; of one that a single camera sees, at all.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(variance);
+  if (axes.eigenvalues()[1] < std::sqrt(kTestable)) return 0;
+  return square(axes.eigenvectors().col(1).dot(residual_px)) / (axes.eigenvalues()[1] * square(sigma_px));
 }
 
 // Re-decides every observation (without `readmit` only those that count).
@@ -233,6 +241,31 @@ bool settle_untold_poses(const Views& views, const Observations& observations, b
   }
   bool changed = false;
   for (const BlockId& pose : untold) changed = held.insert(pose).second || changed;
+  return changed;
+}
+
+// Dispensable LEDs of which too few readings are accepted to tell where they are lose those too, and are held. Returns
+// whether there are new ones.
+bool leave_out_untold_leds(const Observations& observations, const std::set<std::size_t>& dispensable,
+                           std::vector<ViewWeights>& weights, std::set<BlockId>& held) {
+  if (dispensable.empty()) return false;
+  const std::size_t first = observations.corners.size() + observations.stripes.size() + observations.features.size();
+  std::map<std::size_t, std::vector<char*>> accepted;
+  for (const std::size_t led : dispensable) accepted[led];
+  for (std::size_t v = 0; v < observations.leds.size(); ++v) {
+    const LedView& view = observations.leds[v];
+    for (std::size_t i = 0; i < view.leds.size(); ++i) {
+      char& inlier = weights[first + v].inlier[i];
+      if (inlier && dispensable.contains(view.leds[i])) accepted[view.leds[i]].push_back(&inlier);
+    }
+  }
+  bool changed = false;
+  for (const auto& [led, readings] : accepted) {
+    const BlockId block{BlockId::Kind::led, led};
+    if (readings.size() >= kFewestReadings && !held.contains(block)) continue;
+    for (char* inlier : readings) *inlier = 0;
+    changed = held.insert(block).second || changed;
+  }
   return changed;
 }
 
@@ -443,6 +476,9 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (!at) return tl::unexpected(at.error());
     gate_outliers(views, *at, options.gate, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
+    if (leave_out_untold_leds(observations, options.dispensable_leds, weights, held)) {
+      parameters = Parameters(state, views, held);
+    }
   }
   MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors, .tolerance = kRoundTolerance};
   constexpr double last_tolerance = MinimiseOptions().tolerance;
@@ -459,7 +495,8 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (options.reject_outliers) gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next);
     const bool other_poses =
         options.reject_outliers && settle_untold_poses(views, observations, round < kRetrialRounds, next, state, held);
-    const bool unchanged = same_sides(weights, next) && same_sigmas && !other_poses;
+    const bool fewer_leds = leave_out_untold_leds(observations, options.dispensable_leds, next, held);
+    const bool unchanged = same_sides(weights, next) && same_sigmas && !other_poses && !fewer_leds;
     const bool to_the_end = minimise_options.tolerance == last_tolerance;
     if ((unchanged && to_the_end) || round == kMaxRounds) {
       at->covariance.sharpen(views, whitened_at(views, weights, state), options.priors, state, options.threads);
@@ -477,7 +514,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (unchanged || round + 1 == kMaxRounds) minimise_options.tolerance = last_tolerance;
     minimise_options.damping = other_poses ? kFirstDamping : std::min(kFirstDamping, minimum->damping);
     weights = std::move(next);
-    if (other_poses) parameters = Parameters(state, views, held);
+    if (other_poses || fewer_leds) parameters = Parameters(state, views, held);
   }
 }
 

@@ -101,6 +101,45 @@ TEST(RefineStations, TargetsTellMore) {
   }
 }
 
+TEST(RefineStations, ATargetOfWhichOneReadingIsLeftSaysNothing) {
+  MadeCarOptions options = kOptions;
+  options.targets_per_overlap = 6;
+  auto data = measured(options, 7);
+  ASSERT_TRUE(data) << data.error().message;
+  std::vector<std::vector<Eigen::Vector2d*>> pixels(data->car.targets.size());
+  for (ObservedStation& station : data->stations) {
+    for (TargetReading& reading : station.targets) {
+      for (std::size_t i = 0; i < reading.targets.size(); ++i) {
+        pixels[reading.targets[i]].push_back(&reading.pixels[i]);
+      }
+    }
+  }
+  const auto seen_twice =
+      std::find_if(pixels.begin(), pixels.end(), [](const auto& of_target) { return of_target.size() == 2; });
+  ASSERT_NE(seen_twice, pixels.end());
+  *seen_twice->front() += Eigen::Vector2d(60, -40);
+  const auto spoiled = refine_stations(data->rig, data->stations, data->car.targets, kIndependent);
+  ASSERT_TRUE(spoiled) << spoiled.error().message;
+
+  const auto target = static_cast<std::size_t>(seen_twice - pixels.begin());
+  for (ObservedStation& station : data->stations) {
+    for (TargetReading& reading : station.targets) {
+      const auto at = std::find(reading.targets.begin(), reading.targets.end(), target);
+      if (at == reading.targets.end()) continue;
+      reading.pixels.erase(reading.pixels.begin() + (at - reading.targets.begin()));
+      reading.targets.erase(at);
+    }
+  }
+  const auto without = refine_stations(data->rig, data->stations, data->car.targets, kIndependent);
+  ASSERT_TRUE(without) << without.error().message;
+  for (std::size_t s = 0; s < data->stations.size(); ++s) {
+    const Vector6d step = local_step(without->stations[s].world_from_probe, spoiled->stations[s].world_from_probe);
+    const Matrix6d& covariance = without->stations[s].covariance;
+    EXPECT_LT(step.head<3>().norm(), 0.2 * std::sqrt(covariance.topLeftCorner<3, 3>().trace())) << s;
+    EXPECT_LT(step.tail<3>().norm(), 0.2 * std::sqrt(covariance.bottomRightCorner<3, 3>().trace())) << s;
+  }
+}
+
 // Few LEDs are read here, too few to tell their noise by each tracker.
 TEST(RefineStations, BadlyReadTargetsSayNothingOfTheTrackersNoise) {
   MadeCarOptions options = kOptions;
