@@ -14,6 +14,7 @@
 #include "tests/tracking/real_comparison.h"
 
 DEFINE_int32(cases, 1000, "made calibrations");
+DEFINE_int32(first_case, 0, "of them; each number draws its own");
 
 namespace crumple {
 namespace {
@@ -134,7 +135,7 @@ Json recordings() {
 
 int run() {
   std::vector<CampaignCase> cases;
-  for (int i = 0; i < FLAGS_cases; ++i) cases.push_back(run_campaign_case(i));
+  for (int i = 0; i < FLAGS_cases; ++i) cases.push_back(run_campaign_case(FLAGS_first_case + i));
   Json json{{"rows", Json::array()}};
   fmt::print(
       "| cases | count | method | median, deg | median, mm | beyond 5 deg or 50 mm |\n|---|---|---|---|---|---|\n");
