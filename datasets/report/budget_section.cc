@@ -33,7 +33,8 @@ std::string sources_cell(const BudgetEntry& entry, const std::vector<BudgetSourc
                    [&](std::size_t a, std::size_t b) { return entry.shares[a] > entry.shares[b]; });
   std::string text;
   for (const std::size_t s : order) {
-    text += fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ", html_text(sources[s].name), 100 * entry.shares[s]);
+    text +=
+        fmt::format("{}{} {:.0f}&nbsp;%", text.empty() ? "" : ", ", html_text(sources[s].name), 100 * entry.shares[s]);
   }
   return text;
 }

@@ -16,7 +16,7 @@ constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 
 // A drawing whose plotting area is the image, with room for labels, a colour bar and a line above.
 Plot image_plot(ImageSize size, const std::string& commands) {
-  constexpr double kLeft = 68, kRight = 92, kTop = 26, kBottom = 52;
+  constexpr double kLeft = 68, kRight = 106, kTop = 26, kBottom = 52;
   constexpr double kTallest = 520;
   double across = kWidth_px - kLeft - kRight;
   double down = across * size.height_px / size.width_px;
