@@ -173,10 +173,9 @@ std::vector<Guess> guesses(const Lens& lens, const std::vector<LedsBeforeBoard>&
     }
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  ranked.resize(std::min(ranked.size(), kTried));
   std::vector<Guess> best;
-  for (auto& [squares, guess] : ranked) {
-    if (best.size() < kTried) best.push_back(std::move(guess));
-  }
+  for (auto& [squares, guess] : ranked) best.push_back(std::move(guess));
   return best;
 }
 

@@ -193,6 +193,17 @@ RefinedStation summarise(std::size_t s, const BundleResult& by_leds, const Bundl
   return station;
 }
 
+// There are no views before those of LEDs here.
+std::set<std::size_t> leds_with_accepted_readings(const std::vector<LedView>& views, const BundleResult& bundle) {
+  std::set<std::size_t> leds;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    for (std::size_t i = 0; i < views[v].leds.size(); ++i) {
+      if (bundle.views[v].inlier[i]) leds.insert(views[v].leds[i]);
+    }
+  }
+  return leds;
+}
+
 }  // namespace
 
 Expected<StationRefinement> refine_stations(const Rig& rig, const std::vector<ObservedStation>& stations,
@@ -258,11 +269,15 @@ Expected<StationRefinement> refine_stations(const Rig& rig, const std::vector<Ob
   for (std::size_t s = 0; s < stations.size(); ++s) {
     result.stations.push_back(summarise(s, result.by_leds, result.bundle, all.overlaps));
   }
+  const std::set<std::size_t> told = leds_with_accepted_readings(all.leds, result.bundle);
+  for (std::size_t t = 0; t < targets.size(); ++t) {
+    const std::size_t led = rig.leds.size() + t;
+    result.targets.push_back(
+        told.contains(led) ? RoomTarget{targets[t].name, result.bundle.state.rig.leds[led].position_mm} : targets[t]);
+    result.targets_used += told.contains(led) ? 1 : 0;
+  }
   result.observations = std::move(all);
   result.priors = std::move(bundle.priors);
-  for (std::size_t t = 0; t < targets.size(); ++t) {
-    result.targets.push_back({targets[t].name, result.bundle.state.rig.leds[rig.leds.size() + t].position_mm});
-  }
   return result;
 }
 

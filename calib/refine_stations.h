@@ -46,8 +46,8 @@ struct ObservedStation {
   std::vector<TargetReading> targets = {};
 };
 
-// A point fixed to the room; where it is, roughly. It has to be seen from two stations; one of which fewer than two
-// readings agree says nothing and stays where it was.
+// A point fixed to the room; where it is, roughly. It has to be seen from two stations; one of which no two readings
+// agree says nothing.
 struct RoomTarget {
   std::string name;
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
@@ -74,9 +74,10 @@ struct RefinedStation {
 
 struct StationRefinement {
   std::vector<RefinedStation> stations = {};  // in the order given
-  std::vector<RoomTarget> targets = {};       // likewise
-  std::size_t overlaps = 0;                   // pairs of stations
-  std::size_t pairs = 0;                      // of patches
+  std::vector<RoomTarget> targets = {};       // likewise; one that says nothing is where it was given
+  std::size_t targets_used = 0;
+  std::size_t overlaps = 0;  // pairs of stations
+  std::size_t pairs = 0;     // of patches
   // By how much LEDs and rig fit worse than by themselves, and the freedom that explains as much.
   double contradiction_square = 0;
   int contradiction_freedom = 0;

@@ -63,7 +63,8 @@ double degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
 json summary_of(const StationRefinement& refined, const std::vector<ObservedStation>& observed) {
   json result{{"overlaps", refined.overlaps},
               {"pairs", refined.pairs},
-              {"targets", refined.targets.size()},
+              {"targets", refined.targets_used},
+              {"targets_left_out", refined.targets.size() - refined.targets_used},
               {"led_squares_grown_by", refined.contradiction_square},
               {"freedom", refined.contradiction_freedom},
               {"stations", json::array()}};
@@ -86,7 +87,7 @@ json summary_of(const StationRefinement& refined, const std::vector<ObservedStat
 std::string text_of(const StationRefinement& refined, const std::vector<ObservedStation>& observed) {
   std::string text = fmt::format(
       "stations refined by {} overlaps and {} targets; the LEDs' squares grew by {:.1f}, about {} are to be expected\n",
-      refined.overlaps, refined.targets.size(), refined.contradiction_square, refined.contradiction_freedom);
+      refined.overlaps, refined.targets_used, refined.contradiction_square, refined.contradiction_freedom);
   for (std::size_t s = 0; s < observed.size(); ++s) {
     const RefinedStation& station = refined.stations[s];
     text += fmt::format("  {} moved by {:.3f} mm and {:.4f} deg, {:.1f} sigmas of its LEDs alone\n", observed[s].name,

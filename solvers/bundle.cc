@@ -26,19 +26,17 @@ using GroupKey = std::pair<std::size_t, View::Kind>;
 constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
 constexpr int kReadmittingRounds = 10;
-constexpr int kRetrialRounds = 5;           // of placements without accepted observations
-constexpr double kTestable = 1e-6;          // of the redundancy's determinant
-constexpr int kLeastForPose = 6;            // coordinates
-constexpr std::size_t kFewestReadings = 2;  // of an LED
-constexpr double kRobustTolerance = 1e-6;   // what follows starts from here and goes on
+constexpr int kRetrialRounds = 5;              // of placements without accepted observations
+constexpr double kTestable = 1e-6;             // of the redundancy's determinant
+constexpr int kLeastForPose = 6;               // coordinates
+constexpr std::ptrdiff_t kFewestReadings = 2;  // of an LED
+constexpr double kRobustTolerance = 1e-6;      // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
 constexpr double kSigmaFloor_px = 1e-9;                      // noise-free data must not divide by zero
 constexpr double kSigmaSettled = 1e-6;                       // relative change
 // While sigmas and outliers are still being settled: well below what moves them.
 constexpr double kRoundTolerance = 1e-9;
-
-double square(double x) { return x * x; }
 
 GroupKey key_of(const View& view) { return {view.sensor(), view.kind()}; }
 
@@ -154,33 +152,96 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
   return result;
 }
 
-// Squared residual standardised by its own redundancy (or, for one left out, by its prediction's variance).
-double standardised_square(const Eigen::VectorXd& residuals_px, int i, int d, double sigma_px,
-                           const Eigen::Matrix2d& hat, bool inlier) {
+// LEDs that may be left out as a whole, and where they are read.
+class DispensableLeds {
+ public:
+  DispensableLeds(const Observations& observations, const BundleOptions& options) {
+    const std::size_t first = observations.corners.size() + observations.stripes.size() + observations.features.size();
+    for (std::size_t v = 0; v < observations.leds.size(); ++v) {
+      const std::vector<std::size_t>& leds = observations.leds[v].leds;
+      for (std::size_t i = 0; i < leds.size(); ++i) {
+        if (!options.dispensable_leds.contains(leds[i]) || options.held.contains(block_of(leds[i]))) continue;
+        readings_[leds[i]].emplace_back(first + v, i);
+        all_.emplace(first + v, i);
+      }
+    }
+  }
+
+  bool reads(std::size_t view, int observation) const {
+    return all_.contains({view, static_cast<std::size_t>(observation)});
+  }
+
+  // Those of which too few readings are accepted to tell where they are lose these too, and are held; with `try_again`
+  // until enough are accepted again. Returns whether that changed anything.
+  bool settle(bool try_again, std::vector<ViewWeights>& weights, std::set<BlockId>& held) {
+    bool changed = false;
+    for (const auto& [led, readings] : readings_) {
+      const auto accepted = std::count_if(readings.begin(), readings.end(),
+                                          [&](const auto& r) { return weights[r.first].inlier[r.second] != 0; });
+      const bool was_left_out = left_out_.contains(led);
+      if (accepted >= kFewestReadings && !was_left_out) continue;
+      if (accepted >= kFewestReadings && try_again) {
+        left_out_.erase(led);
+        held.erase(block_of(led));
+        changed = true;
+        continue;
+      }
+      for (const auto& [view, i] : readings) weights[view].inlier[i] = 0;
+      if (was_left_out) continue;
+      left_out_.insert(led);
+      held.insert(block_of(led));
+      changed = true;
+    }
+    return changed;
+  }
+
+ private:
+  static BlockId block_of(std::size_t led) { return {BlockId::Kind::led, led}; }
+
+  std::map<std::size_t, std::vector<std::pair<std::size_t, std::size_t>>> readings_;  // view and observation
+  std::set<std::pair<std::size_t, std::size_t>> all_;
+  std::set<std::size_t> left_out_;
+};
+
+// Squared residual standardised by its own redundancy (or, for one left out, by its prediction's variance), and the
+// degrees of freedom it has.
+struct StandardisedSquare {
+  double value = 0;
+  int freedom = 2;
+};
+
+StandardisedSquare standardised_square(const Eigen::VectorXd& residuals_px, int i, int d, double sigma_px,
+                                       const Eigen::Matrix2d& hat, bool inlier, bool dispensable) {
   // In one dimension the second row stands idle: residual 0, variance 1.
   Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
   residual_px.head(d) = residuals_px.segment(d * i, d);
   const Eigen::Matrix2d variance = Eigen::Matrix2d::Identity() + (inlier ? -1 : 1) * hat;
-  if (variance.determinant() >= kTestable) return residual_px.dot(variance.inverse() * residual_px) / square(sigma_px);
-  // Along what an observation alone determines it has no redundancy and cannot be tested: of a point that two cameras
-  // see, along their epipolar lines; of one that a single camera sees, at all.
+  const double variance_px2 = sigma_px * sigma_px;
+  if (variance.determinant() >= kTestable) {
+    return {residual_px.dot(variance.inverse() * residual_px) / variance_px2, d};
+  }
+  // An observation that alone determines something has no redundancy and cannot be tested. Of a point that is read
+  // twice, both readings have some across their epipolar lines; there is no telling which of them is wrong, so that is
+  // looked at only where both can be spared.
+  if (!dispensable) return {0, d};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(variance);
-  if (axes.eigenvalues()[1] < std::sqrt(kTestable)) return 0;
-  return square(axes.eigenvectors().col(1).dot(residual_px)) / (axes.eigenvalues()[1] * square(sigma_px));
+  if (axes.eigenvalues()[1] < std::sqrt(kTestable)) return {0, d};
+  const double along = axes.eigenvectors().col(1).dot(residual_px);
+  return {along * along / (axes.eigenvalues()[1] * variance_px2), 1};
 }
 
 // Re-decides every observation (without `readmit` only those that count).
-void gate_outliers(const Views& views, const Linearisation& at, double gate, bool readmit,
-                   std::vector<ViewWeights>& weights) {
+void gate_outliers(const Views& views, const Linearisation& at, const DispensableLeds& dispensable, double gate,
+                   bool readmit, std::vector<ViewWeights>& weights) {
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
-    const double limit = gate_for(d, gate);
     for (int i = 0; i < views[v]->size(); ++i) {
       char& inlier = weights[v].inlier[static_cast<std::size_t>(i)];
       if (!inlier && !readmit) continue;
-      const double square = standardised_square(at.residuals_px[v], i, d, weights[v].sigma_px,
-                                                at.hats[v][static_cast<std::size_t>(i)], inlier != 0);
-      inlier = square <= limit;
+      const StandardisedSquare square =
+          standardised_square(at.residuals_px[v], i, d, weights[v].sigma_px, at.hats[v][static_cast<std::size_t>(i)],
+                              inlier != 0, dispensable.reads(v, i));
+      inlier = square.value <= gate_for(square.freedom, gate);
     }
   }
 }
@@ -241,31 +302,6 @@ bool settle_untold_poses(const Views& views, const Observations& observations, b
   }
   bool changed = false;
   for (const BlockId& pose : untold) changed = held.insert(pose).second || changed;
-  return changed;
-}
-
-// Dispensable LEDs of which too few readings are accepted to tell where they are lose those too, and are held. Returns
-// whether there are new ones.
-bool leave_out_untold_leds(const Observations& observations, const std::set<std::size_t>& dispensable,
-                           std::vector<ViewWeights>& weights, std::set<BlockId>& held) {
-  if (dispensable.empty()) return false;
-  const std::size_t first = observations.corners.size() + observations.stripes.size() + observations.features.size();
-  std::map<std::size_t, std::vector<char*>> accepted;
-  for (const std::size_t led : dispensable) accepted[led];
-  for (std::size_t v = 0; v < observations.leds.size(); ++v) {
-    const LedView& view = observations.leds[v];
-    for (std::size_t i = 0; i < view.leds.size(); ++i) {
-      char& inlier = weights[first + v].inlier[i];
-      if (inlier && dispensable.contains(view.leds[i])) accepted[view.leds[i]].push_back(&inlier);
-    }
-  }
-  bool changed = false;
-  for (const auto& [led, readings] : accepted) {
-    const BlockId block{BlockId::Kind::led, led};
-    if (readings.size() >= kFewestReadings && !held.contains(block)) continue;
-    for (char* inlier : readings) *inlier = 0;
-    changed = held.insert(block).second || changed;
-  }
   return changed;
 }
 
@@ -460,12 +496,14 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (!options.estimate_warp) held.insert({BlockId::Kind::warp, b});
     if (!has_prior({BlockId::Kind::scale, b}, options.priors)) held.insert({BlockId::Kind::scale, b});
   }
-  Parameters parameters(state, views, held);
   std::vector<ViewWeights> weights;
   for (const auto& view : views) {
     weights.push_back(
         {1, inflation_of(view->kind(), options), std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
   }
+  DispensableLeds dispensable(observations, options);
+  dispensable.settle(false, weights, held);
+  Parameters parameters(state, views, held);
 
   if (const auto done = converge_robustly(views, parameters, options, weights, state); !done) {
     return tl::unexpected(done.error());
@@ -474,11 +512,9 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const NormalEquations equations = equations_at(views, weights, parameters, state, options);
     const auto at = linearise(views, weights, equations, state, options);
     if (!at) return tl::unexpected(at.error());
-    gate_outliers(views, *at, options.gate, true, weights);
+    gate_outliers(views, *at, dispensable, options.gate, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
-    if (leave_out_untold_leds(observations, options.dispensable_leds, weights, held)) {
-      parameters = Parameters(state, views, held);
-    }
+    if (dispensable.settle(true, weights, held)) parameters = Parameters(state, views, held);
   }
   MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors, .tolerance = kRoundTolerance};
   constexpr double last_tolerance = MinimiseOptions().tolerance;
@@ -492,11 +528,15 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
-    if (options.reject_outliers) gate_outliers(views, *at, options.gate, round < kReadmittingRounds, next);
-    const bool other_poses =
-        options.reject_outliers && settle_untold_poses(views, observations, round < kRetrialRounds, next, state, held);
-    const bool fewer_leds = leave_out_untold_leds(observations, options.dispensable_leds, next, held);
-    const bool unchanged = same_sides(weights, next) && same_sigmas && !other_poses && !fewer_leds;
+    bool other_blocks = false;
+    if (options.reject_outliers) {
+      gate_outliers(views, *at, dispensable, options.gate, round < kReadmittingRounds, next);
+      const bool try_again = round < kRetrialRounds;
+      const bool fewer = dispensable.settle(try_again, next, held);
+      const bool other_poses = settle_untold_poses(views, observations, try_again, next, state, held);
+      other_blocks = dispensable.settle(false, next, held) || other_poses || fewer;
+    }
+    const bool unchanged = same_sides(weights, next) && same_sigmas && !other_blocks;
     const bool to_the_end = minimise_options.tolerance == last_tolerance;
     if ((unchanged && to_the_end) || round == kMaxRounds) {
       at->covariance.sharpen(views, whitened_at(views, weights, state), options.priors, state, options.threads);
@@ -512,9 +552,9 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
       return result;
     }
     if (unchanged || round + 1 == kMaxRounds) minimise_options.tolerance = last_tolerance;
-    minimise_options.damping = other_poses ? kFirstDamping : std::min(kFirstDamping, minimum->damping);
+    minimise_options.damping = other_blocks ? kFirstDamping : std::min(kFirstDamping, minimum->damping);
     weights = std::move(next);
-    if (other_poses || fewer_leds) parameters = Parameters(state, views, held);
+    if (other_blocks) parameters = Parameters(state, views, held);
   }
 }
 

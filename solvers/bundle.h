@@ -52,7 +52,7 @@ struct BundleOptions {
   double overlap_inflation = 1;
   std::set<BlockId> held = {};   // further blocks that keep their start, such as a lens known from elsewhere
   std::set<BlockId> freed = {};  // not held for the gauge, where a prior fixes the frame
-  // LEDs and room targets that are left out as a whole, not failed on, where fewer than two readings are accepted.
+  // LEDs and room targets left out as a whole where fewer than two readings agree; else they could not be determined.
   std::set<std::size_t> dispensable_leds = {};
   std::vector<Prior> priors = {};
   int threads = 1;

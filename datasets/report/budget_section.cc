@@ -34,7 +34,7 @@ std::string sources_cell(const BudgetEntry& entry, const std::vector<BudgetSourc
   std::string text;
   for (const std::size_t s : order) {
     text +=
-        fmt::format("{}{} {:.0f}&nbsp;%", text.empty() ? "" : ", ", html_text(sources[s].name), 100 * entry.shares[s]);
+        fmt::format("{}{} {:.0f}\u00a0%", text.empty() ? "" : ", ", html_text(sources[s].name), 100 * entry.shares[s]);
   }
   return text;
 }

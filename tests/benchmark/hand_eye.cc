@@ -14,7 +14,7 @@
 #include "tests/tracking/real_comparison.h"
 
 DEFINE_int32(cases, 1000, "made calibrations");
-DEFINE_int32(first_case, 0, "of them; each number draws its own");
+DEFINE_int32(first_case, 0, "number of the first; each number draws its own");
 
 namespace crumple {
 namespace {

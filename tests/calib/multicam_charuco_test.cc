@@ -3,10 +3,11 @@
 // point of its own. Here the corners of a moment are those of one rigid board.
 //
 // Camera 1 does not fit: by itself it reprojects at 0.4 px, with the others at 4, and is the worst of the stored
-// solution too. Its images, paired with the others' by software at 6 moments a second, were taken at other moments: a
-// quarter to a whole frame earlier, as a camera does that runs freely. The board moves at some 100 px a second. As the
-// corners are, the calibration is asked to name this camera and not to draw the other three along; with each of its
-// views moved to its moment, one number for up to 24 coordinates, all four are asked to fit.
+// solution too. Its images, paired with the others' by software at 6 moments a second, were taken at other moments,
+// half of them more than 0.45 of a frame earlier, while the board moved at some 100 px a second. As the corners are,
+// the calibration is asked to name this camera and not to draw the other three along. With each of its views moved to
+// its moment, which half of the view's corners tell, the other half is asked to fit the other cameras' board, and then
+// all four cameras to fit together.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -23,6 +24,7 @@
 #include "solvers/small_problem.h"
 #include "tests/datasets/public_data.h"
 #include "tests/python.h"
+#include "tracking/median.h"
 
 namespace crumple {
 namespace {
@@ -138,8 +140,12 @@ std::vector<FreeView> free_views(const std::vector<SeenCorner>& corners, std::si
 struct FreeCamera {
   std::vector<FreeView> views;
   std::vector<double> lateness;     // in moments; negative: earlier than the others
+  double held_out_median_px = 0;    // of the corners that tell nothing of the lateness
+  double unmoved_median_px = 0;     // of the same were all views taken at the others' moments
   std::vector<SeenCorner> corners;  // each where the camera would have seen it at the others' moment
 };
+
+bool tells_lateness(std::size_t corner_of_view) { return corner_of_view % 2 == 0; }
 
 // Where the camera is in the rig and how late each of its views is, by least squares; its lens from itself.
 FreeCamera fit_free_camera(const std::vector<SeenCorner>& corners, std::size_t camera, const Board& board,
@@ -151,7 +157,7 @@ FreeCamera fit_free_camera(const std::vector<SeenCorner>& corners, std::size_t c
   int coordinates = 0;
   for (const FreeView& view : result.views) {
     cam_from_rig.push_back(cam_from_board.at(view.moment) * view.rig_from_board.inverse());
-    coordinates += 2 * static_cast<int>(view.corners.size());
+    coordinates += 2 * static_cast<int>((view.corners.size() + 1) / 2);
   }
   const Pose start = mean_pose(cam_from_rig);
   const auto views = static_cast<Eigen::Index>(result.views.size());
@@ -165,10 +171,11 @@ FreeCamera fit_free_camera(const std::vector<SeenCorner>& corners, std::size_t c
     Eigen::Index row = 0;
     for (Eigen::Index v = 0; v < views; ++v) {
       const FreeView& view = result.views[static_cast<std::size_t>(v)];
-      for (const SeenCorner* corner : view.corners) {
-        const auto pixel = project(mount, view.board_at(x[6 + v]), corner->corner);
+      for (std::size_t i = 0; i < view.corners.size(); ++i) {
+        if (!tells_lateness(i)) continue;
+        const auto pixel = project(mount, view.board_at(x[6 + v]), view.corners[i]->corner);
         if (!pixel) return false;
-        r.segment<2>(row) = *pixel - corner->pixel;
+        r.segment<2>(row) = *pixel - view.corners[i]->pixel;
         row += 2;
       }
     }
@@ -192,16 +199,24 @@ FreeCamera fit_free_camera(const std::vector<SeenCorner>& corners, std::size_t c
   EXPECT_TRUE(fit) << fit.error().message;
   if (!fit) return result;
   const Pose mount = retract(start, fit->x.head<6>());
+  std::vector<double> held_out_px, unmoved_px;
   for (Eigen::Index v = 0; v < views; ++v) {
     const FreeView& view = result.views[static_cast<std::size_t>(v)];
     result.lateness.push_back(fit->x[6 + v]);
-    for (const SeenCorner* corner : view.corners) {
-      SeenCorner moved = *corner;
-      moved.pixel += *project(mount, view.rig_from_board, corner->corner) -
-                     *project(mount, view.board_at(fit->x[6 + v]), corner->corner);
+    for (std::size_t i = 0; i < view.corners.size(); ++i) {
+      SeenCorner moved = *view.corners[i];
+      const Eigen::Vector2d at_theirs = *project(mount, view.rig_from_board, moved.corner);
+      const Eigen::Vector2d at_its = *project(mount, view.board_at(fit->x[6 + v]), moved.corner);
+      if (!tells_lateness(i)) {
+        held_out_px.push_back((at_its - moved.pixel).norm());
+        unmoved_px.push_back((at_theirs - moved.pixel).norm());
+      }
+      moved.pixel += at_theirs - at_its;
       result.corners.push_back(moved);
     }
   }
+  result.held_out_median_px = median_of(held_out_px);
+  result.unmoved_median_px = median_of(unmoved_px);
   return result;
 }
 
@@ -310,18 +325,26 @@ TEST_F(MulticamCharuco, AllFourReprojectWellBelowItWithCamera1AtItsMoments) {
                [](const SeenCorner& corner) { return corner.camera != kOddCamera; });
   const auto calibration = calibrate(data_of(corners), {});
   ASSERT_TRUE(calibration) << calibration.error().message;
-  // From moment to moment a camera of another rate falls behind by the same fraction of a frame, until it gains one.
-  const auto earlier = std::count_if(free.lateness.begin(), free.lateness.end(),
-                                     [](double lateness) { return lateness > -1.05 && lateness < 0.1; });
-  EXPECT_GE(earlier, 0.85 * static_cast<double>(free.lateness.size()));
+  EXPECT_GT(free.views.size(), 40U);
+  const double median_lateness = median_of(free.lateness);
   RecordProperty("views_at_their_moments", static_cast<int>(free.views.size()));
+  RecordProperty("median_lateness", std::to_string(median_lateness));
+  RecordProperty("held_out_median_px", std::to_string(free.held_out_median_px));
+  RecordProperty("unmoved_median_px", std::to_string(free.unmoved_median_px));
+  EXPECT_LT(median_lateness, -0.4);
+  EXPECT_GT(median_lateness, -1);
+  EXPECT_LT(free.held_out_median_px, 0.5 * free.unmoved_median_px);
+  EXPECT_LT(free.held_out_median_px, stored_rms_[kOddCamera]);
+
+  ASSERT_EQ(calibration->bundle.groups.size(), kCameras);
   for (const GroupSummary& group : calibration->bundle.groups) {
     const std::string name = "cam" + std::to_string(group.sensor);
     RecordProperty(name + "_at_its_moments_rms_px", std::to_string(group.rms_px));
     RecordProperty(name + "_at_its_moments_rms_all_px", std::to_string(group.rms_all_px));
     EXPECT_LT(group.rms_px, 0.7 * stored_rms_[group.sensor]) << group.sensor;
     // A tenth of camera 1's, whose poses between moments are only parabolas; which ones was not looked into.
-    EXPECT_LT(static_cast<double>(group.outliers), 0.12 * static_cast<double>(group.observations)) << group.sensor;
+    const double most_outliers = group.sensor == kOddCamera ? 0.12 : 0.05;
+    EXPECT_LT(static_cast<double>(group.outliers), most_outliers * static_cast<double>(group.observations)) << name;
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
@@ -101,7 +102,31 @@ TEST(RefineStations, TargetsTellMore) {
   }
 }
 
-TEST(RefineStations, ATargetOfWhichOneReadingIsLeftSaysNothing) {
+// The reading that is wrong goes, and the others stay.
+TEST(RefineStations, OfMoreReadingsOfATargetOneMayBeWrong) {
+  MadeCarOptions options = kOptions;
+  options.rows = 2;
+  options.targets_per_overlap = 6;
+  auto data = measured(options, 7);
+  ASSERT_TRUE(data) << data.error().message;
+  std::map<std::size_t, std::vector<Eigen::Vector2d*>> pixels;
+  for (ObservedStation& station : data->stations) {
+    for (TargetReading& reading : station.targets) {
+      for (std::size_t i = 0; i < reading.targets.size(); ++i) {
+        pixels[reading.targets[i]].push_back(&reading.pixels[i]);
+      }
+    }
+  }
+  const auto seen_often =
+      std::find_if(pixels.begin(), pixels.end(), [](const auto& of_target) { return of_target.second.size() > 2; });
+  ASSERT_NE(seen_often, pixels.end());
+  *seen_often->second.front() += Eigen::Vector2d(60, -40);
+  const auto refined = refine_stations(data->rig, data->stations, data->car.targets, kIndependent);
+  ASSERT_TRUE(refined) << refined.error().message;
+  EXPECT_EQ(refined->targets_used, data->car.targets.size());
+}
+
+TEST(RefineStations, ATargetWhoseTwoReadingsDisagreeSaysNothing) {
   MadeCarOptions options = kOptions;
   options.targets_per_overlap = 6;
   auto data = measured(options, 7);
@@ -122,6 +147,8 @@ TEST(RefineStations, ATargetOfWhichOneReadingIsLeftSaysNothing) {
   ASSERT_TRUE(spoiled) << spoiled.error().message;
 
   const auto target = static_cast<std::size_t>(seen_twice - pixels.begin());
+  EXPECT_EQ(spoiled->targets_used, data->car.targets.size() - 1);
+  EXPECT_EQ(spoiled->targets[target].position_mm, data->car.targets[target].position_mm);
   for (ObservedStation& station : data->stations) {
     for (TargetReading& reading : station.targets) {
       const auto at = std::find(reading.targets.begin(), reading.targets.end(), target);
