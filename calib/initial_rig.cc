@@ -18,6 +18,7 @@
 #include "solvers/closed_form/zhang.h"
 #include "solvers/decompositions.h"
 #include "solvers/mean_pose.h"
+#include "tracking/median.h"
 
 namespace crumple {
 namespace {
@@ -324,10 +325,7 @@ double median_error_px(const Resection& start, const ProjectorPoints& points) {
     if (in_sensor.z() <= 0) return std::numeric_limits<double>::infinity();
     errors.push_back(((start.intrinsics.matrix() * in_sensor).hnormalized() - points.pixels[i]).norm());
   }
-  if (errors.empty()) return 0;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return errors.empty() ? 0 : median_of(std::move(errors));
 }
 
 std::vector<std::size_t> views_that_follow(const Resection& start, const std::vector<ProjectorPoints>& views,

@@ -7,11 +7,10 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "solvers/closed_form/board_pose.h"
+#include "solvers/dispensable_leds.h"
 #include "solvers/gate.h"
 #include "solvers/minimise.h"
 #include "solvers/parallel.h"
@@ -26,11 +25,9 @@ using GroupKey = std::pair<std::size_t, View::Kind>;
 constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
 constexpr int kReadmittingRounds = 10;
-constexpr int kRetrialRounds = 5;              // of placements without accepted observations
-constexpr double kTestable = 1e-6;             // of the redundancy's determinant
-constexpr int kLeastForPose = 6;               // coordinates
-constexpr std::ptrdiff_t kFewestReadings = 2;  // of an LED
-constexpr double kRobustTolerance = 1e-6;      // what follows starts from here and goes on
+constexpr int kRetrialRounds = 5;          // of placements without accepted observations
+constexpr int kLeastForPose = 6;           // coordinates
+constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
 constexpr double kSigmaFloor_px = 1e-9;                      // noise-free data must not divide by zero
@@ -152,84 +149,6 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
   return result;
 }
 
-// LEDs that may be left out as a whole, and where they are read.
-class DispensableLeds {
- public:
-  DispensableLeds(const Observations& observations, const BundleOptions& options) {
-    const std::size_t first = observations.corners.size() + observations.stripes.size() + observations.features.size();
-    for (std::size_t v = 0; v < observations.leds.size(); ++v) {
-      const std::vector<std::size_t>& leds = observations.leds[v].leds;
-      for (std::size_t i = 0; i < leds.size(); ++i) {
-        if (!options.dispensable_leds.contains(leds[i]) || options.held.contains(block_of(leds[i]))) continue;
-        readings_[leds[i]].emplace_back(first + v, i);
-        all_.emplace(first + v, i);
-      }
-    }
-  }
-
-  bool reads(std::size_t view, int observation) const {
-    return all_.contains({view, static_cast<std::size_t>(observation)});
-  }
-
-  // Those of which too few readings are accepted to tell where they are lose these too, and are held; with `try_again`
-  // until enough are accepted again. Returns whether that changed anything.
-  bool settle(bool try_again, std::vector<ViewWeights>& weights, std::set<BlockId>& held) {
-    bool changed = false;
-    for (const auto& [led, readings] : readings_) {
-      const auto accepted = std::count_if(readings.begin(), readings.end(),
-                                          [&](const auto& r) { return weights[r.first].inlier[r.second] != 0; });
-      const bool was_left_out = left_out_.contains(led);
-      if (accepted >= kFewestReadings && !was_left_out) continue;
-      if (accepted >= kFewestReadings && try_again) {
-        left_out_.erase(led);
-        held.erase(block_of(led));
-        changed = true;
-        continue;
-      }
-      for (const auto& [view, i] : readings) weights[view].inlier[i] = 0;
-      if (was_left_out) continue;
-      left_out_.insert(led);
-      held.insert(block_of(led));
-      changed = true;
-    }
-    return changed;
-  }
-
- private:
-  static BlockId block_of(std::size_t led) { return {BlockId::Kind::led, led}; }
-
-  std::map<std::size_t, std::vector<std::pair<std::size_t, std::size_t>>> readings_;  // view and observation
-  std::set<std::pair<std::size_t, std::size_t>> all_;
-  std::set<std::size_t> left_out_;
-};
-
-// Squared residual standardised by its own redundancy (or, for one left out, by its prediction's variance), and the
-// degrees of freedom it has.
-struct StandardisedSquare {
-  double value = 0;
-  int freedom = 2;
-};
-
-StandardisedSquare standardised_square(const Eigen::VectorXd& residuals_px, int i, int d, double sigma_px,
-                                       const Eigen::Matrix2d& hat, bool inlier, bool dispensable) {
-  // In one dimension the second row stands idle: residual 0, variance 1.
-  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
-  residual_px.head(d) = residuals_px.segment(d * i, d);
-  const Eigen::Matrix2d variance = Eigen::Matrix2d::Identity() + (inlier ? -1 : 1) * hat;
-  const double variance_px2 = sigma_px * sigma_px;
-  if (variance.determinant() >= kTestable) {
-    return {residual_px.dot(variance.inverse() * residual_px) / variance_px2, d};
-  }
-  // An observation that alone determines something has no redundancy and cannot be tested. Of a point that is read
-  // twice, both readings have some across their epipolar lines; there is no telling which of them is wrong, so that is
-  // looked at only where both can be spared.
-  if (!dispensable) return {0, d};
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(variance);
-  if (axes.eigenvalues()[1] < std::sqrt(kTestable)) return {0, d};
-  const double along = axes.eigenvectors().col(1).dot(residual_px);
-  return {along * along / (axes.eigenvalues()[1] * variance_px2), 1};
-}
-
 // Re-decides every observation (without `readmit` only those that count).
 void gate_outliers(const Views& views, const Linearisation& at, const DispensableLeds& dispensable, double gate,
                    bool readmit, std::vector<ViewWeights>& weights) {
@@ -239,8 +158,8 @@ void gate_outliers(const Views& views, const Linearisation& at, const Dispensabl
       char& inlier = weights[v].inlier[static_cast<std::size_t>(i)];
       if (!inlier && !readmit) continue;
       const StandardisedSquare square =
-          standardised_square(at.residuals_px[v], i, d, weights[v].sigma_px, at.hats[v][static_cast<std::size_t>(i)],
-                              inlier != 0, dispensable.reads(v, i));
+          standardised_square(at.residuals_px[v].segment(d * i, d) / weights[v].sigma_px,
+                              at.hats[v][static_cast<std::size_t>(i)], inlier != 0, dispensable.reads(v, i));
       inlier = square.value <= gate_for(square.freedom, gate);
     }
   }
@@ -501,7 +420,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     weights.push_back(
         {1, inflation_of(view->kind(), options), std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
   }
-  DispensableLeds dispensable(observations, options);
+  DispensableLeds dispensable(observations, options.dispensable_leds, options.held);
   dispensable.settle(false, weights, held);
   Parameters parameters(state, views, held);
 
