@@ -10,6 +10,7 @@
 #include "calib/lens_prior.h"
 #include "calib/rig_prior.h"
 #include "calib/start_from_rig.h"
+#include "calib/weighting.h"
 #include "solvers/decompositions.h"
 
 namespace crumple {
@@ -219,10 +220,12 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   if (!calibration) return calibration;
   calibration->placement_names = data.placement_names;
   calibration->station_names = data.station_names;
-  calibration->scale = scale_uncertainty(data, calibration->bundle);
   calibration->start = *start;
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
+  const Eigen::MatrixXd lacking = weighting_covariance(data.observations, *calibration, bundle_options.threads);
+  calibration->bundle.covariance.widen(lacking);
+  calibration->scale = scale_uncertainty(data, calibration->bundle);
   calibration->earlier = options.earlier;
   return calibration;
 }

@@ -10,9 +10,12 @@
 
 #include "calib/sphere_fit.h"
 #include "solvers/decompositions.h"
+#include "solvers/distribution_tails.h"
 
 namespace crumple {
 namespace {
+
+constexpr double kByChance = 0.1;  // probability of residuals in shapes that is still taken for chance
 
 using Weights = std::vector<Matrix3Xd>;  // W_i', transposed
 
@@ -122,6 +125,7 @@ double inflation_of(const KnownCloud& known, const std::vector<std::size_t>& poi
   // Gram-Schmidt, twice; what the fit or an earlier shape has taken already is passed over.
   std::vector<Eigen::VectorXd> basis;
   double found = 0, expected = 0;
+  int shapes = 0;
   for (Eigen::Index c = 0; c < columns.cols(); ++c) {
     const double length = columns.col(c).norm();
     if (!(length > 0)) continue;
@@ -141,8 +145,11 @@ double inflation_of(const KnownCloud& known, const std::vector<std::size_t>& poi
       expected += q[i] * q[i] * here.d_point.dot(own * here.d_point.transpose());
     }
     found += along * along;
+    ++shapes;
   }
-  return expected > 0 ? std::max(1.0, found / expected) : 1;
+  if (!(expected > 0)) return 1;
+  const double ratio = found / expected;
+  return ratio > 1 && chi_square_tail(shapes * ratio, shapes) < kByChance ? ratio : 1;
 }
 
 Expected<MeasuredFeature> finished(const KnownCloud& known, const std::vector<std::size_t>& points,

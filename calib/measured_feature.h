@@ -14,8 +14,10 @@
 //   sphere   radius free (calib/sphere_fit.h)
 // Of planes and spheres the decoding part is multiplied by `inflation`: how much larger the squares of the residuals in
 // the polynomials up to third degree over the feature are than independent errors of the stated size would make them,
-// never less than one. It is there that a fit takes its parameters from; errors of decoding that neighbouring pixels
-// share, and what the artefact is not flat or round by, are found so (as in calib/correlation.h, "far").
+// where chance makes them as large less than once in ten times. It is there that a fit takes its parameters from;
+// errors of decoding that neighbouring pixels share, and what the artefact is not flat or round by, are found so (as in
+// calib/correlation.h, "far"). Of half a dozen squares a ratio below 1.8 says little; taken as it comes whenever it
+// exceeds one, it made spheres' radii seem 7 % less sure than they are (docs/uncertainty.md).
 #pragma once
 
 #include <vector>

@@ -11,6 +11,7 @@
 #include "calib/rig_prior.h"
 #include "calib/rig_truth.h"
 #include "calib/start_from_rig.h"
+#include "solvers/decompositions.h"
 #include "solvers/distribution_tails.h"
 #include "solvers/parameters.h"
 
@@ -19,13 +20,21 @@ namespace {
 
 constexpr double kFalseAlarm = 1e-3;  // over all parts together
 constexpr double kThere = 0.1;        // of the distance
+constexpr double kSeen = 0.8;         // probability that a change of the stated size shows
 constexpr double kAsGood = 9;         // of the sum of squares: 3 sigma
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct Refined {
   BundleResult bundle;
   double square_sum = 0;
+  Prior prior;
 };
+
+// The shortest change that raises the sum of squares by `noncentrality` whatever its direction.
+std::optional<double> shortest_seen(const Eigen::MatrixXd& information, double noncentrality) {
+  const double least = symmetric_eigen(information).values[0];
+  return least > 0 ? std::optional(std::sqrt(noncentrality / least)) : std::nullopt;
+}
 
 // Schwarz's criterion: a part with more parameters has to explain more. A lens can stand in for a turned mount.
 double score(const PartCheck& part, double observations) {
@@ -65,7 +74,7 @@ class Checker {
     auto bundle = refine(start_, data_.observations, options);
     if (!bundle) return tl::unexpected(bundle.error());
     const double sum = known->prior.evaluate(bundle->state).residuals.squaredNorm() + square_sum(*bundle);
-    return Refined{std::move(*bundle), sum};
+    return Refined{std::move(*bundle), sum, known->prior};
   }
 
   double redundancy(const Refined& unchanged) const {
@@ -90,6 +99,7 @@ class Checker {
       part.degrees = tangent_size(block, unchanged.bundle.state);
       parts.push_back(std::move(part));
     }
+    for (PartCheck& part : parts) state_limits(unchanged, static_cast<double>(parts.size()), part);
     return parts;
   }
 
@@ -114,6 +124,28 @@ class Checker {
   }
 
  private:
+  void state_limits(const Refined& unchanged, double parts, PartCheck& part) const {
+    const std::vector<BlockId>& blocks = unchanged.prior.blocks();
+    const auto at = std::find(blocks.begin(), blocks.end(), part.block) - blocks.begin();
+    if (part.block.kind == BlockId::Kind::lens || at == static_cast<std::ptrdiff_t>(blocks.size())) return;
+    const WhitenedPrior prior = unchanged.prior.evaluate(unchanged.bundle.state);
+    Eigen::MatrixXd whole(prior.residuals.size(), 0);
+    for (const RowMajorMatrix& block : prior.jacobians) {
+      whole.conservativeResize(Eigen::NoChange, whole.cols() + block.cols());
+      whole.rightCols(block.cols()) = block;
+    }
+    const Eigen::MatrixXd covariance = unchanged.bundle.covariance.of(blocks, unchanged.bundle.state);
+    const Eigen::MatrixXd own = prior.jacobians[static_cast<std::size_t>(at)];
+    const Eigen::MatrixXd with_all = whole.transpose() * own;
+    const Eigen::MatrixXd information = own.transpose() * own - with_all.transpose() * covariance * with_all;
+    const double noncentrality =
+        noncentrality_seen(chi_square_exceeded(kFalseAlarm / parts, part.degrees), part.degrees, kSeen);
+    part.would_show_mm = shortest_seen(information.bottomRightCorner<3, 3>(), noncentrality);
+    if (part.block.kind != BlockId::Kind::mount) return;
+    const auto turn_rad = shortest_seen(information.topLeftCorner<3, 3>(), noncentrality);
+    if (turn_rad) part.would_show_deg = *turn_rad * kDegrees;
+  }
+
   double square_sum(const BundleResult& bundle) const {
     double sum = 0;
     for (const ViewSummary& view : bundle.views) {

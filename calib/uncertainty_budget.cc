@@ -8,8 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "calib/whitened_view.h"
 #include "solvers/parallel.h"
-#include "solvers/weights.h"
 
 namespace crumple {
 namespace {
@@ -53,7 +53,7 @@ class RigGain {
     for (const BlockId& block : blocks) {
       if (std::find(all.begin(), all.end(), owner(block)) == all.end()) all.push_back(block);
     }
-    const Eigen::MatrixXd joint = bundle_.covariance.of(all, bundle_.state);
+    const Eigen::MatrixXd joint = bundle_.covariance.before_widening(all, bundle_.state);
     Eigen::MatrixXd with_blocks(rows_, information.cols());
     Eigen::Index column = 0;
     for (const BlockId& block : blocks) {
@@ -92,22 +92,12 @@ Eigen::MatrixXd group_shares(const Observations& observations, const Calibration
   }
   std::vector<Eigen::VectorXd> of_view(views.size());
   parallel_for(views.size(), threads, [&](std::size_t v) {
-    const View& view = *views[v];
-    const GroupSummary& group = bundle.groups[static_cast<std::size_t>(columns.at({view.sensor(), view.kind()}))];
-    const auto& inlier = bundle.views[v].inlier;
     of_view[v] = Eigen::VectorXd::Zero(gain.rows());
     ViewEvaluation evaluation;
-    // What is left out need not be predictable.
-    if (std::none_of(inlier.begin(), inlier.end(), [](char c) { return c != 0; }) ||
-        !view.evaluate(bundle.state, true, evaluation)) {
-      return;
-    }
-    const ViewWeights weights{group.sigma_px, calibration.inflation.of(view.kind()), inlier};
-    whiten(view, weights, evaluation);
-    discount(weights, evaluation);
+    if (!counted(calibration, v) || !whitened_view(calibration, *views[v], v, evaluation)) return;
     const Eigen::MatrixXd local = evaluation.jacobian.transpose() * evaluation.jacobian;
     const Eigen::MatrixXd& from_blocks = evaluation.local_from_blocks;
-    of_view[v] = gain.share(view.blocks(), from_blocks.transpose() * local * from_blocks);
+    of_view[v] = gain.share(views[v]->blocks(), from_blocks.transpose() * local * from_blocks);
   });
   Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(gain.rows(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -136,20 +126,6 @@ double redundancy_of(const GroupSummary& group, const BundleResult& bundle) {
     if (same) pooled += other.redundancy;
   }
   return pooled;
-}
-
-std::vector<BudgetSource> sources_of(const Calibration& calibration) {
-  const BundleResult& bundle = calibration.bundle;
-  std::vector<BudgetSource> sources;
-  for (const GroupSummary& group : bundle.groups) {
-    const Inflation& counted = calibration.inflation;
-    const double of_sigma = redundancy_of(group, bundle) / counted.of(group.kind);
-    sources.push_back({group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated,
-                       group.sigma_estimated ? of_sigma : kInfinity, group.kind,
-                       counted.degrees_of_freedom(group.kind)});
-  }
-  for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true});
-  return sources;
 }
 
 // One parameter of the rig, before its uncertainty is known.
@@ -212,6 +188,21 @@ BudgetEntry entry_of(const Term& term, const std::string& name, double variance,
 
 }  // namespace
 
+std::vector<BudgetSource> budget_sources(const Calibration& calibration) {
+  const BundleResult& bundle = calibration.bundle;
+  std::vector<BudgetSource> sources;
+  for (const GroupSummary& group : bundle.groups) {
+    const Inflation& inflation = calibration.inflation;
+    const double of_sigma = redundancy_of(group, bundle) / inflation.of(group.kind);
+    sources.push_back({group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated,
+                       group.sigma_estimated ? of_sigma : kInfinity, group.kind,
+                       inflation.degrees_of_freedom(group.kind)});
+  }
+  for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true});
+  if (bundle.covariance.widening().size() > 0) sources.push_back({"estimated weights"});
+  return sources;
+}
+
 double effective_degrees_of_freedom(const std::vector<BudgetSource>& sources, const std::vector<double>& shares) {
   double inverse = 0;
   std::map<View::Kind, double> shares_of_kind;
@@ -231,13 +222,15 @@ UncertaintyBudget uncertainty_budget(const Observations& observations, const Cal
   const BundleResult& bundle = calibration.bundle;
   const std::vector<BlockId> blocks = rig_blocks(bundle);
   const RigGain gain(bundle, blocks);
-  UncertaintyBudget budget{sources_of(calibration), {}};
+  UncertaintyBudget budget{budget_sources(calibration), {}};
   Eigen::MatrixXd shares(gain.rows(), static_cast<Eigen::Index>(budget.sources.size()));
   const auto groups = static_cast<Eigen::Index>(bundle.groups.size());
   shares.leftCols(groups) = group_shares(observations, calibration, gain, threads);
   for (std::size_t p = 0; p < calibration.priors.size(); ++p) {
     shares.col(groups + static_cast<Eigen::Index>(p)) = prior_share(calibration.priors[p], bundle.state, gain);
   }
+  const Eigen::MatrixXd& widening = bundle.covariance.widening();
+  if (widening.size() > 0) shares.rightCols<1>() = widening.diagonal().head(gain.rows());
   Eigen::Index row = 0;
   for (const Term& term : terms_of(blocks, bundle.state)) {
     const std::string& name = bundle.covariance.names()[static_cast<std::size_t>(row)];

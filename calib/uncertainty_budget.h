@@ -9,6 +9,8 @@
 //     (correlated observations count for their effective number) as degrees of freedom, and the inflation, which all
 //     groups of a kind have in common (calib/correlation.h), with its own
 //   a prior, such as "certificates" or an earlier rig: type B, taken as exactly known, infinite degrees of freedom
+//   "estimated weights": what the groups' estimated sigmas add by having weighted the observations (calib/weighting.h);
+//     type A, and small, so that its degrees of freedom are not asked for
 // Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4): u^4 / sum u_s^4 / nu_s, the sum over sigmas and,
 // with the shares of a kind's groups together, over inflations.
 //
@@ -56,6 +58,9 @@ inline constexpr double kCoverageFactor = 2;
 
 // Of a variance of which the sources have these shares.
 double effective_degrees_of_freedom(const std::vector<BudgetSource>& sources, const std::vector<double>& shares);
+
+// In the order of the bundle's groups, then of the priors, and where the covariance was widened its weights.
+std::vector<BudgetSource> budget_sources(const Calibration& calibration);
 
 // `observations` are those that the calibration was made from.
 UncertaintyBudget uncertainty_budget(const Observations& observations, const Calibration& calibration, int threads);

@@ -4,6 +4,21 @@
 
 namespace crumple {
 
+namespace {
+
+// "0.21 mm", or "0.35 mm or 0.012 deg".
+std::string limit_text(const PartCheck& part) {
+  std::string text = fmt::format("{:.2g} mm", *part.would_show_mm);
+  if (part.would_show_deg) text += fmt::format(" or {:.2g} deg", *part.would_show_deg);
+  return text;
+}
+
+nlohmann::json number_or_null(const std::optional<double>& number) {
+  return number ? nlohmann::json(*number) : nlohmann::json();
+}
+
+}  // namespace
+
 std::string rig_check_text(const RigCheck& check) {
   std::string text =
       fmt::format("rig: {}, {} parts tested; chi-square {:.0f} of {:.0f} with all of them unchanged\n",
@@ -17,6 +32,9 @@ std::string rig_check_text(const RigCheck& check) {
                           check.parts[other].how_far);
     }
   }
+  for (const PartCheck& part : check.parts) {
+    if (part.would_show_mm) text += fmt::format("  {}: a change shows from {} on\n", part.name, limit_text(part));
+  }
   return text;
 }
 
@@ -27,7 +45,9 @@ nlohmann::json rig_check_json(const RigCheck& check) {
                           {"chi_square", part.gain},
                           {"degrees", part.degrees},
                           {"probability", part.probability},
-                          {"how_far", part.how_far}};
+                          {"how_far", part.how_far},
+                          {"would_show_mm", number_or_null(part.would_show_mm)},
+                          {"would_show_deg", number_or_null(part.would_show_deg)}};
   };
   nlohmann::json document{{"valid", check.valid()},
                           {"chi_square", check.square_sum},

@@ -1,6 +1,7 @@
 #include "solvers/covariance.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 
@@ -120,18 +121,34 @@ bool JointCovariance::take(const Eigen::MatrixXd& square_root) {
   return true;
 }
 
+void JointCovariance::widen(const Eigen::MatrixXd& by) {
+  assert(widening_.size() == 0 && by.rows() == common_.rows() && by.cols() == common_.cols());
+  common_ += by;
+  widening_ = by;
+}
+
 Eigen::MatrixXd JointCovariance::of(const std::vector<BlockId>& blocks, const CalibrationState& state) const {
+  return joint(blocks, state, common_);
+}
+
+Eigen::MatrixXd JointCovariance::before_widening(const std::vector<BlockId>& blocks,
+                                                 const CalibrationState& state) const {
+  return widening_.size() > 0 ? joint(blocks, state, common_ - widening_) : joint(blocks, state, common_);
+}
+
+Eigen::MatrixXd JointCovariance::joint(const std::vector<BlockId>& blocks, const CalibrationState& state,
+                                       const Eigen::MatrixXd& common) const {
   // Rows of the blocks as a linear map of the common parameters, and each eliminated pose's own part beside it.
   int size = 0;
   for (const BlockId& block : blocks) size += tangent_size(block, state);
-  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size, common_.cols());  // with the common parameters
+  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size, common.cols());  // with the common parameters
   int row = 0;
   for (const BlockId& block : blocks) {
     const int rows = tangent_size(block, state);
     if (const auto offset = parameters_.common_offset(block)) {
-      cross.middleRows(row, rows) = common_.middleRows(*offset, rows);
+      cross.middleRows(row, rows) = common.middleRows(*offset, rows);
     } else if (const auto slot = parameters_.slot(block)) {
-      cross.middleRows(row, rows).noalias() = -gain_[*slot].transpose() * common_;
+      cross.middleRows(row, rows).noalias() = -gain_[*slot].transpose() * common;
     }
     row += rows;
   }

@@ -43,6 +43,11 @@ class JointCovariance {
   void sharpen(const std::vector<std::unique_ptr<View>>& views, const NormalEquations::Evaluate& evaluate,
                const std::vector<Prior>& priors, const CalibrationState& state, int threads);
 
+  // Adds what the propagation does not know of (calib/weighting.h) to cov(a); eliminated poses follow by their gains.
+  void widen(const Eigen::MatrixXd& by);
+  const Eigen::MatrixXd& widening() const { return widening_; }  // empty unless it was
+  Eigen::MatrixXd before_widening(const std::vector<BlockId>& blocks, const CalibrationState& state) const;
+
   // Of the common parameters; row i is names()[i], such as "cam0.fx" or "board.warp_x".
   const Eigen::MatrixXd& common() const { return common_; }
   const std::vector<std::string>& names() const { return names_; }
@@ -66,11 +71,14 @@ class JointCovariance {
  private:
   // False where the parameters are not determined.
   bool take(const Eigen::MatrixXd& square_root);
+  Eigen::MatrixXd joint(const std::vector<BlockId>& blocks, const CalibrationState& state,
+                        const Eigen::MatrixXd& common) const;
   explicit JointCovariance(const Parameters& parameters) : parameters_(parameters) {}
 
   Parameters parameters_;
   std::vector<std::string> names_;
   Eigen::MatrixXd common_;
+  Eigen::MatrixXd widening_;  // that is in common_ already
   std::vector<Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1, as Parameters::eliminated
   std::vector<Matrix6d> pose_inverse_;                          // D_j^-1
   double condition_ = 0;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/special_functions/beta.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 
@@ -15,6 +16,10 @@ double chi_square_tail(double x, int degrees) {
 
 double chi_square_exceeded(double probability, int degrees) {
   return boost::math::quantile(boost::math::complement(boost::math::chi_squared(degrees), probability));
+}
+
+double noncentrality_seen(double x, int degrees, double power) {
+  return boost::math::non_central_chi_squared::find_non_centrality(degrees, x, 1 - power);
 }
 
 double f_tail(double f, int degrees, double of_variance) {

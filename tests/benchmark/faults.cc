@@ -54,6 +54,10 @@ std::vector<std::string> told(const CalibrationData& data, const std::optional<C
   if (!later) return reasons;
   const auto check = check_rig(*later, {.rig = calibrated_rig(*calibration)}, 1);
   if (!check) return {check.error().message};
+  for (const PartCheck& part : check->parts) {
+    if (part.block.kind == BlockId::Kind::led && part.would_show_mm)
+      notes.push_back(fmt::format("a move would show from {} mm on of {}", *part.would_show_mm, part.name));
+  }
   for (const PartChange& change : check->changed) {
     reasons.push_back(check->parts[change.part].name + " changed by " + check->parts[change.part].how_far);
     for (const std::size_t other : change.or_else) reasons.push_back("or " + check->parts[other].name);
@@ -72,6 +76,19 @@ double pitch_that_would_show(const std::vector<std::string>& notes) {
   return 0;
 }
 
+// The shift from which on a move of an LED, "LED a", would show; 0 where the notes do not say.
+double move_that_would_show(const std::vector<std::string>& notes, const std::string& led) {
+  for (const std::string& note : notes) {
+    double shift_mm = 0;
+    int end = 0;
+    if (std::sscanf(note.c_str(), "a move would show from %lf mm on of %n", &shift_mm, &end) == 1 &&
+        note.substr(static_cast<std::size_t>(end)) == led) {
+      return shift_mm;
+    }
+  }
+  return 0;
+}
+
 Judged judge_campaign(Fault fault, unsigned seed) {
   const FaultyCampaign campaign = make_faulty(fault, seed);
   Judged judged;
@@ -81,7 +98,9 @@ Judged judge_campaign(Fault fault, unsigned seed) {
     return std::any_of(campaign.named_by.begin(), campaign.named_by.end(),
                        [&](const std::string& words) { return said.find(words) != std::string::npos; });
   };
-  judged.too_small = campaign.stretch != 0 && pitch_that_would_show(judged.notes) > std::abs(campaign.stretch);
+  judged.too_small =
+      (campaign.stretch != 0 && pitch_that_would_show(judged.notes) > std::abs(campaign.stretch)) ||
+      (campaign.moved_mm != 0 && move_that_would_show(judged.notes, campaign.named_by.front()) > campaign.moved_mm);
   judged.named = std::any_of(judged.reasons.begin(), judged.reasons.end(), names_it) ||
                  std::any_of(judged.notes.begin(), judged.notes.end(), names_it);
   return judged;

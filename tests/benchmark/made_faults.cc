@@ -167,7 +167,8 @@ class Campaign {
     few.seed = options_.seed + 100000;
     MadeSystem later = make_system(few);
     Led& led = later.truth.rig.leds[one_of(later.truth.rig.leds.size())];
-    led.position_mm += 0.3 * direction();
+    campaign_.moved_mm = 0.3;
+    led.position_mm += campaign_.moved_mm * direction();
     later.observations = predicted_observations(later.truth, later.observations);
     add_noise(noise_, random_, later.observations);
     campaign_.later = data_of(later);

@@ -31,6 +31,7 @@ struct FaultyCampaign {
   std::optional<CalibrationData> later = {};
   std::vector<std::string> named_by;  // a reason or note that holds one of these names it
   double stretch = 0;                 // of wrong_pitch: by how much, as a share
+  double moved_mm = 0;                // of moved_led
 };
 
 // Random system, geometry and noise by the seed.

@@ -11,6 +11,7 @@
 
 #include "calib/calibrate.h"
 #include "calib/uncertainty_budget.h"
+#include "calib/weighting.h"
 #include "solvers/distribution_tails.h"
 #include "solvers/parallel.h"
 #include "solvers/parameters.h"
@@ -199,7 +200,10 @@ Expected<Calibration> estimated(const CoverageCampaign& campaign) {
   if (campaign.measured) return calibrate(*campaign.measured, {});
   auto bundle = refine(campaign.start, campaign.observations, campaign.options);
   if (!bundle) return tl::unexpected(bundle.error());
-  return Calibration{.start = campaign.start, .bundle = std::move(*bundle), .priors = campaign.options.priors};
+  Calibration calibration{.start = campaign.start, .bundle = std::move(*bundle), .priors = campaign.options.priors};
+  const Eigen::MatrixXd lacking = weighting_covariance(campaign.observations, calibration, 1);
+  calibration.bundle.covariance.widen(lacking);
+  return calibration;
 }
 
 Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const FreshStations* fresh,

@@ -201,6 +201,34 @@ std::string all_named(const RigCheck& check) {
   return names;
 }
 
+const PartCheck& part_named(const RigCheck& check, const std::string& name) {
+  return *std::find_if(check.parts.begin(), check.parts.end(), [&](const PartCheck& p) { return p.name == name; });
+}
+
+// Of a change in the direction where it shows least, four in five are found, and smaller ones are not.
+TEST(RigCheck, SaysFromHowMuchOnAChangeWouldShow) {
+  const RigCheck sound = check_rig(interim(40, nullptr), earlier_rig(), 1).value();
+  const double shift_mm = part_named(sound, "LED led3").would_show_mm.value();
+  EXPECT_GT(shift_mm, 0.01);
+  EXPECT_LT(shift_mm, 1);
+  EXPECT_FALSE(part_named(sound, "LED led3").would_show_deg);
+  EXPECT_GT(part_named(sound, "the place of track1").would_show_deg.value(), 1e-4);
+  EXPECT_FALSE(part_named(sound, "the lens of track1").would_show_mm);
+  int found = 0, by_chance = 0;
+  constexpr int kDraws = 4;
+  for (unsigned seed = 40; seed < 40 + kDraws; ++seed) {
+    const auto moved_by = [&](double share) {
+      EarlierRig before = earlier_rig();
+      before.rig.leds[3].position_mm.z() -= share * shift_mm;
+      return check_rig(interim(seed, nullptr), before, 1).value();
+    };
+    found += part_named(moved_by(1.5), "LED led3").probability < 1e-4 ? 1 : 0;
+    by_chance += moved_by(0.2).valid() ? 0 : 1;
+  }
+  EXPECT_GE(found, kDraws - 1);
+  EXPECT_LE(by_chance, 1);
+}
+
 TEST(RigCheck, NamesTheTrackerThatWasNudged) {
   const auto check = check_rig(interim(21,
                                        [](Rig& rig) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -45,6 +46,23 @@ TEST(F, WithAKnownVarianceIsChiSquare) {
   EXPECT_NEAR(f_tail(12.591587 / 6, 6, 1e9), 0.05, 1e-6);
   EXPECT_EQ(f_tail(0, 6, 10), 1);
   EXPECT_EQ(f_tail(1, 0, 10), 1);
+}
+
+// In one dimension: the shift of a normal variable that exceeds 1.96 either way with 80 % is 2.80 (Baarda 1968).
+TEST(DistributionTails, NoncentralityThatIsSeen) {
+  EXPECT_NEAR(noncentrality_seen(chi_square_exceeded(0.05, 1), 1, 0.8), 7.849, 1e-3);
+  EXPECT_NEAR(noncentrality_seen(chi_square_exceeded(0.001, 1), 1, 0.8), 17.075, 1e-3);
+  // Draws in three dimensions, of which 80 % have to be beyond.
+  const double x = chi_square_exceeded(0.001, 3), shift = std::sqrt(noncentrality_seen(x, 3, 0.8));
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  constexpr int kDraws = 20000;
+  int beyond = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const double a = normal(random) + shift, b = normal(random), c = normal(random);
+    beyond += a * a + b * b + c * c > x ? 1 : 0;
+  }
+  EXPECT_NEAR(static_cast<double>(beyond) / kDraws, 0.8, 0.01);
 }
 
 }  // namespace
