@@ -223,8 +223,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   calibration->start = *start;
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
-  const Eigen::MatrixXd lacking = weighting_covariance(data.observations, *calibration, bundle_options.threads);
-  calibration->bundle.covariance.widen(lacking);
+  add_weighting(data.observations, bundle_options.threads, *calibration);
   calibration->scale = scale_uncertainty(data, calibration->bundle);
   calibration->earlier = options.earlier;
   return calibration;

@@ -43,6 +43,12 @@ struct CalibrationOptions {
   std::optional<EarlierRig> earlier = {};
 };
 
+// The groups' variances as estimates (calib/weighting.h).
+struct SigmaUncertainty {
+  std::vector<std::optional<std::size_t>> estimate_of_group = {};  // in the bundle's order; none: known beforehand
+  Eigen::MatrixXd half_relative_covariance = {};  // of the estimates; the diagonal is one over degrees of freedom
+};
+
 struct Calibration {
   std::vector<std::string> placement_names = {};
   std::vector<std::string> station_names = {};
@@ -51,6 +57,7 @@ struct Calibration {
   bool warp_estimated = false;
   double warp_statistic = 0;  // where it was tried
   Inflation inflation = {};   // observations that count as one
+  SigmaUncertainty sigmas = {};
   std::vector<Prior> priors = {};
   std::optional<ScaleUncertainty> scale = {};  // none: unknown
   std::optional<EarlierRig> earlier = {};      // as in the options

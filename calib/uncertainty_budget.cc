@@ -116,18 +116,6 @@ Eigen::VectorXd prior_share(const Prior& prior, const CalibrationState& state, c
   return gain.share(prior.blocks(), jacobian.transpose() * jacobian);
 }
 
-// Of the group's sigma: a small group has that of all groups of its kind and mount (solvers/bundle.h).
-double redundancy_of(const GroupSummary& group, const BundleResult& bundle) {
-  const std::vector<Sensor>& sensors = bundle.state.rig.sensors;
-  if (group.redundancy >= BundleOptions{}.minimum_redundancy) return group.redundancy;
-  double pooled = 0;
-  for (const GroupSummary& other : bundle.groups) {
-    const bool same = other.kind == group.kind && sensors[other.sensor].mount == sensors[group.sensor].mount;
-    if (same) pooled += other.redundancy;
-  }
-  return pooled;
-}
-
 // One parameter of the rig, before its uncertainty is known.
 struct Term {
   std::string part;
@@ -190,13 +178,25 @@ BudgetEntry entry_of(const Term& term, const std::string& name, double variance,
 
 std::vector<BudgetSource> budget_sources(const Calibration& calibration) {
   const BundleResult& bundle = calibration.bundle;
+  const SigmaUncertainty& sigmas = calibration.sigmas;
+  const auto estimate_of = [&](std::size_t group) -> std::optional<Eigen::Index> {
+    if (sigmas.estimate_of_group.empty() || !sigmas.estimate_of_group[group]) return std::nullopt;
+    return static_cast<Eigen::Index>(*sigmas.estimate_of_group[group]);
+  };
   std::vector<BudgetSource> sources;
-  for (const GroupSummary& group : bundle.groups) {
-    const Inflation& inflation = calibration.inflation;
-    const double of_sigma = redundancy_of(group, bundle) / inflation.of(group.kind);
-    sources.push_back({group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated,
-                       group.sigma_estimated ? of_sigma : kInfinity, group.kind,
-                       inflation.degrees_of_freedom(group.kind)});
+  for (std::size_t g = 0; g < bundle.groups.size(); ++g) {
+    const GroupSummary& group = bundle.groups[g];
+    BudgetSource source{group_name(bundle.state.rig, group.sensor, group.kind), !group.sigma_estimated};
+    source.kind = group.kind;
+    source.inflation_degrees_of_freedom = calibration.inflation.degrees_of_freedom(group.kind);
+    if (const auto own = estimate_of(g)) {
+      source.sigma_degrees_of_freedom = 1 / sigmas.half_relative_covariance(*own, *own);
+      for (std::size_t other = 0; other < bundle.groups.size(); ++other) {
+        const auto its = estimate_of(other);
+        source.sigma_covariance.push_back(its ? sigmas.half_relative_covariance(*own, *its) : 0.0);
+      }
+    }
+    sources.push_back(std::move(source));
   }
   for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true});
   if (bundle.covariance.widening().size() > 0) sources.push_back({"estimated weights"});
@@ -208,7 +208,9 @@ double effective_degrees_of_freedom(const std::vector<BudgetSource>& sources, co
   std::map<View::Kind, double> shares_of_kind;
   for (std::size_t s = 0; s < sources.size(); ++s) {
     if (!(shares[s] > kRounding)) continue;
-    inverse += shares[s] * shares[s] / sources[s].sigma_degrees_of_freedom;
+    for (std::size_t other = 0; other < sources[s].sigma_covariance.size(); ++other) {
+      inverse += shares[s] * std::max(shares[other], 0.0) * sources[s].sigma_covariance[other];
+    }
     if (sources[s].kind) shares_of_kind[*sources[s].kind] += shares[s];
   }
   for (const auto& [kind, share] : shares_of_kind) {

@@ -5,14 +5,14 @@
 // The estimate follows its sources linearly, x = sum_s G_s y_s, G_s = C J_s' with J_s the whitened Jacobian of source s
 // and C the joint covariance. So its variance is the sum of the sources' shares, the diagonal of C J_s' J_s C. Sources:
 //   a group of observations, such as "cam0.corners": type A; type B where the group's sigma was not estimated from its
-//     residuals. Two estimates make its variance: sigma, with the group's redundancy over its variance inflation
-//     (correlated observations count for their effective number) as degrees of freedom, and the inflation, which all
-//     groups of a kind have in common (calib/correlation.h), with its own
+//     residuals. Two estimates make its variance: sigma, which is correlated with other groups' (calib/weighting.h),
+//     and the inflation, which all groups of a kind have in common (calib/correlation.h)
 //   a prior, such as "certificates" or an earlier rig: type B, taken as exactly known, infinite degrees of freedom
 //   "estimated weights": what the groups' estimated sigmas add by having weighted the observations (calib/weighting.h);
 //     type A, and small, so that its degrees of freedom are not asked for
-// Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4): u^4 / sum u_s^4 / nu_s, the sum over sigmas and,
-// with the shares of a kind's groups together, over inflations.
+// Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4), nu = u^4 / sum u_s^4 / nu_s, for estimates that
+// are correlated: one over the variance of u^2, twice its square being 1, summed over pairs of sigmas and, with the
+// shares of a kind's groups together, over inflations.
 //
 // Units: px, mm, and degrees for the rotation of a mount, whose value is the rotation vector and whose u that of a
 // small further rotation about the sensor's axes (docs/conventions.md, tangents). Parameters that were held have no
@@ -33,6 +33,8 @@ struct BudgetSource {
   bool type_b = false;
   double sigma_degrees_of_freedom = std::numeric_limits<double>::infinity();
   std::optional<View::Kind> kind = {};  // none: no group of observations
+  // Of sigma^2 with that of every source, relative to both and halved; the diagonal is 1 / sigma_degrees_of_freedom.
+  std::vector<double> sigma_covariance = {};  // empty: none
   double inflation_degrees_of_freedom = std::numeric_limits<double>::infinity();
   // Of this source alone.
   double degrees_of_freedom() const { return 1 / (1 / sigma_degrees_of_freedom + 1 / inflation_degrees_of_freedom); }

@@ -4,13 +4,11 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <set>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
-#include "calib/uncertainty_budget.h"
 #include "calib/whitened_view.h"
 #include "solvers/decompositions.h"
 #include "solvers/normal_equations.h"
@@ -20,93 +18,193 @@ namespace {
 
 // Groups whose variance is one estimate.
 struct Component {
-  std::set<std::size_t> groups;  // of the bundle
-  double degrees_of_freedom = 0;
+  std::vector<std::size_t> groups;  // of the bundle
+  double redundancy = 0;            // of these groups
+  double effective = 1;             // degrees of freedom of the estimate for each of redundancy
 };
 
-std::vector<Component> components_of(const Calibration& calibration) {
+// Each group's sigma, or that of the small groups of a kind, which have that of all of the kind.
+std::vector<Component> sigma_components(const Calibration& calibration) {
   const BundleResult& bundle = calibration.bundle;
-  const std::vector<BudgetSource> sources = budget_sources(calibration);
+  using Pool = std::pair<View::Kind, Mount>;
+  const auto pool_of = [&](const GroupSummary& group) {
+    return Pool{group.kind, bundle.state.rig.sensors[group.sensor].mount};
+  };
+  std::map<Pool, double> redundancies;
+  for (const GroupSummary& group : bundle.groups) redundancies[pool_of(group)] += group.redundancy;
   std::vector<Component> components;
-  std::map<std::pair<View::Kind, Mount>, Component> pooled;
-  std::map<View::Kind, Component> kinds;
+  std::map<Pool, Component> small;
   for (std::size_t g = 0; g < bundle.groups.size(); ++g) {
     const GroupSummary& group = bundle.groups[g];
-    const double of_sigma = sources[g].sigma_degrees_of_freedom;
-    if (std::isfinite(of_sigma)) {
-      const bool own = group.redundancy >= BundleOptions{}.minimum_redundancy;
-      const Mount mount = bundle.state.rig.sensors[group.sensor].mount;
-      Component& component = own ? components.emplace_back() : pooled[{group.kind, mount}];
-      component.groups.insert(g);
-      component.degrees_of_freedom = of_sigma;
-    }
-    if (std::isfinite(sources[g].inflation_degrees_of_freedom)) {
-      kinds[group.kind].groups.insert(g);
-      kinds[group.kind].degrees_of_freedom = sources[g].inflation_degrees_of_freedom;
-    }
+    if (!group.sigma_estimated || !(group.redundancy > 0)) continue;
+    const bool own = group.redundancy >= BundleOptions{}.minimum_redundancy;
+    Component& component = own ? components.emplace_back() : small[pool_of(group)];
+    component.groups.push_back(g);
+    component.redundancy += group.redundancy;
+    component.effective = 1 / calibration.inflation.of(group.kind);
   }
-  for (const auto& [key, component] : pooled) components.push_back(component);
-  for (const auto& [kind, component] : kinds) components.push_back(component);
-  std::erase_if(components, [](const Component& c) { return !(c.degrees_of_freedom > 0); });
+  for (auto& [pool, component] : small) {
+    component.effective *= redundancies.at(pool) / component.redundancy;
+    components.push_back(component);
+  }
   return components;
 }
 
-// N_k - N_k C N_k by the common parameters, poses eliminated as in C. Poses follow the common parameters by -G_j', so
-// that observations are told by the common ones through J_a - J_b G'.
-Eigen::MatrixXd shared_information(const NormalEquations& part, const JointCovariance& covariance) {
-  Eigen::MatrixXd information = part.common();
-  Eigen::MatrixXd by_poses = Eigen::MatrixXd::Zero(information.rows(), information.cols());
-  for (std::size_t p = 0; p < part.eliminated().size(); ++p) {
-    const PoseEquations& pose = part.eliminated()[p];
-    if (pose.information.isZero(0)) continue;
-    const auto& gain = covariance.gain(p);
-    const Eigen::Matrix<double, Eigen::Dynamic, 6> with_pose = pose.coupling - gain * pose.information;
-    const Eigen::MatrixXd followed = gain * pose.coupling.transpose();
-    information -= followed + with_pose * gain.transpose();
-    by_poses.noalias() += with_pose * covariance.pose_inverse(p) * with_pose.transpose();
+struct InflationComponent {
+  std::vector<std::size_t> groups;
+  double degrees_of_freedom = 0;
+};
+
+std::vector<InflationComponent> inflation_components(const Calibration& calibration) {
+  std::map<View::Kind, InflationComponent> kinds;
+  for (std::size_t g = 0; g < calibration.bundle.groups.size(); ++g) {
+    const View::Kind kind = calibration.bundle.groups[g].kind;
+    const double degrees = calibration.inflation.degrees_of_freedom(kind);
+    if (!std::isfinite(degrees) || !(degrees > 0)) continue;
+    kinds[kind].groups.push_back(g);
+    kinds[kind].degrees_of_freedom = degrees;
   }
-  return information - information * covariance.common() * information - by_poses;
+  std::vector<InflationComponent> components;
+  for (const auto& [kind, component] : kinds) components.push_back(component);
+  return components;
 }
 
-// A sum of parts of at most a quarter each, less what rounding has made of it.
-Eigen::MatrixXd clipped(const Eigen::MatrixXd& matrix, double most) {
-  const SymmetricEigen eigen = symmetric_eigen(0.5 * (matrix + matrix.transpose()));
-  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseMin(most).asDiagonal() * eigen.vectors.transpose();
+// N of some observations, by parameters among which C is block diagonal: the common ones, with the eliminated poses
+// following them by -G', and what the poses are beside that. M, K_p and D_p of each pose p.
+struct Information {
+  Eigen::MatrixXd common;
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 6>> coupling;  // empty where the pose has none of the observations
+  std::vector<Matrix6d> pose;
+};
+
+Information decoupled(const NormalEquations& part, const JointCovariance& covariance) {
+  Information information{part.common(), {}, {}};
+  for (std::size_t p = 0; p < part.eliminated().size(); ++p) {
+    const PoseEquations& of_pose = part.eliminated()[p];
+    information.pose.push_back(of_pose.information);
+    information.coupling.emplace_back();
+    if (of_pose.information.isZero(0)) continue;
+    const auto& gain = covariance.gain(p);
+    information.coupling.back() = of_pose.coupling - gain * of_pose.information;
+    const Eigen::MatrixXd followed = gain * of_pose.coupling.transpose();
+    information.common.noalias() -= followed;
+    information.common.noalias() -= information.coupling.back() * gain.transpose();
+  }
+  return information;
 }
 
-}  // namespace
+class Informations {
+ public:
+  Informations(const Observations& observations, const Calibration& calibration, int threads)
+      : observations_(observations), calibration_(calibration), threads_(threads) {}
 
-Eigen::MatrixXd weighting_covariance(const Observations& observations, const Calibration& calibration, int threads) {
-  const BundleResult& bundle = calibration.bundle;
-  const JointCovariance& covariance = bundle.covariance;
-  const Eigen::Index n = covariance.common().rows();
-  const auto group_of = [&](const View& view) {
-    const auto found = std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& group) {
-      return group.sensor == view.sensor() && group.kind == view.kind();
-    });
-    return static_cast<std::size_t>(found - bundle.groups.begin());
-  };
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
-  double most = 0;
-  for (const Component& component : components_of(calibration)) {
+  Information of(const std::vector<std::size_t>& groups) const {
+    const BundleResult& bundle = calibration_.bundle;
     std::vector<std::unique_ptr<View>> views;
     std::vector<std::size_t> numbers;
-    auto all = make_views(observations, bundle.state.board_of);
+    auto all = make_views(observations_, bundle.state.board_of);
     for (std::size_t v = 0; v < all.size(); ++v) {
-      if (!component.groups.contains(group_of(*all[v])) || !counted(calibration, v)) continue;
+      const bool among = std::any_of(groups.begin(), groups.end(), [&](std::size_t g) {
+        return bundle.groups[g].sensor == all[v]->sensor() && bundle.groups[g].kind == all[v]->kind();
+      });
+      if (!among || !counted(calibration_, v)) continue;
       views.push_back(std::move(all[v]));
       numbers.push_back(v);
     }
     const auto part = NormalEquations::of(
-        views, covariance.parameters(),
-        [&](std::size_t i, ViewEvaluation& at) { return whitened_view(calibration, *views[i], numbers[i], at); },
-        threads);
-    if (!part) continue;  // cannot be: what counted was predicted
-    sum += 4 / component.degrees_of_freedom * shared_information(*part, covariance);
-    most += 1 / component.degrees_of_freedom;
+        views, bundle.covariance.parameters(),
+        [&](std::size_t i, ViewEvaluation& at) { return whitened_view(calibration_, *views[i], numbers[i], at); },
+        threads_);
+    // What counted was predicted.
+    return decoupled(part.value(), bundle.covariance);
+  }
+
+ private:
+  const Observations& observations_;
+  const Calibration& calibration_;
+  int threads_;
+};
+
+// tr(C N).
+double trace(const Information& n, const JointCovariance& covariance) {
+  double sum = n.common.cwiseProduct(covariance.common()).sum();
+  for (std::size_t p = 0; p < n.pose.size(); ++p) sum += n.pose[p].cwiseProduct(covariance.pose_inverse(p)).sum();
+  return sum;
+}
+
+// The common parameters' part of N_i C N_j, between the C on either side.
+Eigen::MatrixXd product(const Information& i, const Information& j, const JointCovariance& covariance) {
+  Eigen::MatrixXd sum = i.common * covariance.common() * j.common;
+  for (std::size_t p = 0; p < i.pose.size(); ++p) {
+    if (i.coupling[p].rows() == 0 || j.coupling[p].rows() == 0) continue;
+    sum.noalias() += i.coupling[p] * covariance.pose_inverse(p) * j.coupling[p].transpose();
+  }
+  return sum;
+}
+
+// tr(C N_i C N_j), of which `common` is product(i, j).
+double trace_of_product(const Information& i, const Information& j, const Eigen::MatrixXd& common,
+                        const JointCovariance& covariance) {
+  double sum = common.cwiseProduct(covariance.common()).sum();
+  for (std::size_t p = 0; p < i.pose.size(); ++p) {
+    if (i.coupling[p].rows() == 0 || j.coupling[p].rows() == 0) continue;
+    const Matrix6d& pose = covariance.pose_inverse(p);
+    const Matrix6d through = i.coupling[p].transpose() * covariance.common() * j.coupling[p];
+    const Matrix6d own = i.pose[p] * pose * j.pose[p];
+    sum += (through + own).cwiseProduct(pose).sum();
+  }
+  return sum;
+}
+
+// A positive semidefinite matrix whose eigenvalues rounding has made negative here and there.
+Eigen::MatrixXd semidefinite(const Eigen::MatrixXd& matrix) {
+  const SymmetricEigen eigen = symmetric_eigen(0.5 * (matrix + matrix.transpose()));
+  return eigen.vectors * eigen.values.cwiseMax(0.0).asDiagonal() * eigen.vectors.transpose();
+}
+
+}  // namespace
+
+void add_weighting(const Observations& observations, int threads, Calibration& calibration) {
+  JointCovariance& covariance = calibration.bundle.covariance;
+  const Informations informations(observations, calibration, threads);
+  const std::vector<Component> components = sigma_components(calibration);
+  const auto count = static_cast<Eigen::Index>(components.size());
+  std::vector<Information> n;
+  for (const Component& component : components) n.push_back(informations.of(component.groups));
+  Eigen::MatrixXd f(count, count);
+  std::vector<std::vector<Eigen::MatrixXd>> products(components.size());
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      products[i].push_back(product(n[i], n[j], covariance));
+      double entry = trace_of_product(n[i], n[j], products[i][j], covariance);
+      if (i == j) entry += components[i].redundancy - trace(n[i], covariance);
+      entry *= std::sqrt(components[i].effective * components[j].effective);
+      f(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = entry;
+      f(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = entry;
+    }
+  }
+  const Eigen::MatrixXd knowledge = inverse_positive(f);
+  const Eigen::Index size = covariance.common().rows();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      const double of_pair = knowledge(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      if (i == j) sum += 4 * of_pair * n[i].common;
+      sum -= 4 * of_pair * products[i][j];
+      if (i != j) sum -= 4 * of_pair * products[i][j].transpose();
+    }
+  }
+  n.clear();
+  for (const InflationComponent& component : inflation_components(calibration)) {
+    const Information of_kind = informations.of(component.groups);
+    sum += 4 / component.degrees_of_freedom * (of_kind.common - product(of_kind, of_kind, covariance));
+  }
+  calibration.sigmas = {std::vector<std::optional<std::size_t>>(calibration.bundle.groups.size()), knowledge};
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    for (const std::size_t g : components[i].groups) calibration.sigmas.estimate_of_group[g] = i;
   }
   const Eigen::MatrixXd root = Eigen::LLT<Eigen::MatrixXd>(covariance.common()).matrixL();
-  return root * clipped(root.transpose() * sum * root, most) * root.transpose();
+  covariance.widen(root * semidefinite(root.transpose() * sum * root) * root.transpose());
 }
 
 }  // namespace crumple

@@ -1,26 +1,32 @@
-// What a covariance lacks because the observations were weighted by estimates of their variances.
+// How well the groups' sigmas are known, and what a covariance lacks because the observations were weighted by them.
 //
-// The covariance of a refinement, C = (J'J)^-1, takes the groups' sigmas (and variance inflations) for the true ones.
-// They are estimates: weights a little off make the parameters scatter more than C says, and C itself, at weights that
-// seem best for these data, comes out too small, by as much again. Together, with N_k = J_k'J_k the information of the
-// observations whose variance is estimated together and nu_k the degrees of freedom of that estimate,
-//   4 sum_k 1/nu_k C (N_k - N_k C N_k) C
-// (Kackar & Harville, JASA 79, 1984; Kenward & Roger, Biometrics 53, 1997, with V linear in its variances and their
-// estimates' variances 2 sigma_k^4 / nu_k; of a weighted mean it is Meier, Biometrics 9, 1953). Of a direction that two
-// groups of a hundred degrees of freedom tell equally well this is 2 % of the variance; of one that a single group
-// tells, nothing.
+// A group's variance is its sum of squares over its redundancy, repeated until weights and variances agree; that is the
+// restricted maximum likelihood estimate (Forstner, A scheme for estimating variance components, 1979; Patterson &
+// Thompson, Biometrika 58, 1971). With whitened Jacobians J_i, N_i = J_i'J_i, C = (sum N_i + priors)^-1 and
+// R = I - J C J', the estimates s_i have the relative covariances cov(s_i, s_j) / (s_i s_j) = 2 (F^-1)_ij with
+//   F_ij = tr(R_ij R_ji) = tr(C N_i C N_j) for i != j,   F_ii = redundancy_i - tr(C N_i) + tr(C N_i C N_i).
+// Where groups hardly share parameters F is the redundancies' diagonal. Two trackers that read the same LEDs are told
+// apart by few of these: residuals across epipolar lines belong to both, and the ratio of their variances is known
+// less well than redundancies say, their mean better.
 //
-// Variances estimated together: each group's sigma, or that of the small groups of a kind that have one in common, and
-// the inflation of all groups of a kind (calib/uncertainty_budget.h). Sigmas known beforehand and priors count as
-// exact. Not in it: that which observations are outliers hangs on the sigmas too.
+// C takes the variances for the true ones. Weights a little off make the parameters scatter more than C says, and C, at
+// weights that seem best for these data, comes out too small, by as much again; together
+//   4 sum_ij (F^-1)_ij C (delta_ij N_i - N_i C N_j) C
+// (Kackar & Harville, JASA 79, 1984; Kenward & Roger, Biometrics 53, 1997; of a weighted mean it is Meier, Biometrics
+// 9, 1953). What a single group tells does not hang on its weight.
+//
+// Correlated observations count for their effective number: rows and columns of F are divided by the root of their
+// variance inflation. The inflations are estimates too, common to all groups of a kind (calib/correlation.h), and
+// counted beside the sigmas with their own degrees of freedom. Sigmas known beforehand and priors count as exact. Not
+// in it: that which observations are outliers hangs on the sigmas too.
 #pragma once
 
 #include "calib/calibrate.h"
 
 namespace crumple {
 
-// Rows and columns as those of the calibration's common parameters; its covariance not widened yet. Positive
-// semidefinite.
-Eigen::MatrixXd weighting_covariance(const Observations& observations, const Calibration& calibration, int threads);
+// States how well the sigmas are known (Calibration::sigmas) and widens the covariance by what the weights add. The
+// calibration is refined and has its inflation and priors; `observations` are those it was made from.
+void add_weighting(const Observations& observations, int threads, Calibration& calibration);
 
 }  // namespace crumple

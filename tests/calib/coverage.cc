@@ -201,8 +201,7 @@ Expected<Calibration> estimated(const CoverageCampaign& campaign) {
   auto bundle = refine(campaign.start, campaign.observations, campaign.options);
   if (!bundle) return tl::unexpected(bundle.error());
   Calibration calibration{.start = campaign.start, .bundle = std::move(*bundle), .priors = campaign.options.priors};
-  const Eigen::MatrixXd lacking = weighting_covariance(campaign.observations, calibration, 1);
-  calibration.bundle.covariance.widen(lacking);
+  add_weighting(campaign.observations, 1, calibration);
   return calibration;
 }
 

@@ -53,8 +53,10 @@ TEST(UncertaintyBudget, DegreesOfFreedomAreTheGroups) {
   const UncertaintyBudget budget = uncertainty_budget(data.observations, calibration, 2);
   const GroupSummary& corners = calibration.bundle.groups.front();
   EXPECT_EQ(budget.sources.front().name, "cam0.corners");
-  EXPECT_NEAR(budget.sources.front().sigma_degrees_of_freedom, corners.redundancy / calibration.inflation.corners,
-              1e-9);
+  // Less than its redundancy by what it shares with the projector's readings.
+  const double redundancy = corners.redundancy / calibration.inflation.corners;
+  EXPECT_LT(budget.sources.front().sigma_degrees_of_freedom, redundancy);
+  EXPECT_GT(budget.sources.front().sigma_degrees_of_freedom, 0.95 * redundancy);
   EXPECT_EQ(budget.sources.front().inflation_degrees_of_freedom, calibration.inflation.corner_degrees_of_freedom);
   // Welch and Satterthwaite: between the fewest of the sources and their sum.
   double fewest = INFINITY, sum = 0;
@@ -68,9 +70,9 @@ TEST(UncertaintyBudget, DegreesOfFreedomAreTheGroups) {
 }
 
 TEST(UncertaintyBudget, GroupsOfAKindHaveOneInflation) {
-  const std::vector<BudgetSource> sources{{"a.corners", false, 200, View::Kind::corners, 50},
-                                          {"b.corners", false, 100, View::Kind::corners, 50},
-                                          {"p.stripes", false, 1000, View::Kind::stripes, 80},
+  const std::vector<BudgetSource> sources{{"a.corners", false, 200, View::Kind::corners, {1.0 / 200, 0, 0}, 50},
+                                          {"b.corners", false, 100, View::Kind::corners, {0, 1.0 / 100, 0}, 50},
+                                          {"p.stripes", false, 1000, View::Kind::stripes, {0, 0, 1.0 / 1000}, 80},
                                           {"certificates", true}};
   EXPECT_NEAR(sources[0].degrees_of_freedom(), 40, 1e-12);
   EXPECT_NEAR(effective_degrees_of_freedom(sources, {1, 0, 0, 0}), 40, 1e-12);
@@ -79,6 +81,15 @@ TEST(UncertaintyBudget, GroupsOfAKindHaveOneInflation) {
   EXPECT_NEAR(effective_degrees_of_freedom(sources, {0.5, 0, 0.3, 0.2}), 1 / (0.25 / 40 + 0.09 / 1000 + 0.09 / 80),
               1e-12);
   EXPECT_EQ(effective_degrees_of_freedom(sources, {0, 0, 0, 1}), INFINITY);
+}
+
+// Estimates that are correlated: what one has too much the other has too little, so that of equal shares the sum is
+// known better than either.
+TEST(UncertaintyBudget, SigmasAreCorrelated) {
+  const std::vector<BudgetSource> sources{{"a.leds", false, 50, View::Kind::leds, {0.02, -0.01}},
+                                          {"b.leds", false, 50, View::Kind::leds, {-0.01, 0.02}}};
+  EXPECT_NEAR(effective_degrees_of_freedom(sources, {1, 0}), 50, 1e-12);
+  EXPECT_NEAR(effective_degrees_of_freedom(sources, {0.5, 0.5}), 200, 1e-12);
 }
 
 // Placements and stations, one kind of them eliminated; LEDs, trackers, a mount's rotation in degrees.

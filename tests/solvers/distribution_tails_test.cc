@@ -49,7 +49,7 @@ TEST(F, WithAKnownVarianceIsChiSquare) {
 }
 
 // In one dimension: the shift of a normal variable that exceeds 1.96 either way with 80 % is 2.80 (Baarda 1968).
-TEST(DistributionTails, NoncentralityThatIsSeen) {
+TEST(ChiSquare, NoncentralityThatIsSeen) {
   EXPECT_NEAR(noncentrality_seen(chi_square_exceeded(0.05, 1), 1, 0.8), 7.849, 1e-3);
   EXPECT_NEAR(noncentrality_seen(chi_square_exceeded(0.001, 1), 1, 0.8), 17.075, 1e-3);
   // Draws in three dimensions, of which 80 % have to be beyond.
