@@ -6,7 +6,6 @@
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
-#include "solvers/gate.h"
 #include "solvers/weights.h"
 #include "tests/solvers/synthetic.h"
 
@@ -172,24 +171,6 @@ TEST(Covariance, NamesWhatIsNotDetermined) {
   const auto result = refine(made.truth, made.observations, {});
   ASSERT_FALSE(result);
   EXPECT_NE(result.error().message.find("cam0."), std::string::npos) << result.error().message;
-}
-
-TEST(Gate, OneDimensionIsCutAsOftenAsTwo) {
-  EXPECT_NEAR(gate_for(1, 16), 12.87, 0.01);
-  std::mt19937_64 generator(1);
-  std::normal_distribution<double> normal;
-  for (const int d : {1, 2}) {
-    double sum = 0;
-    int kept = 0;
-    for (int i = 0; i < 200000; ++i) {
-      double s = 0;
-      for (int k = 0; k < d; ++k) s += std::pow(normal(generator), 2);
-      if (s > gate_for(d, 6)) continue;
-      sum += s;
-      ++kept;
-    }
-    EXPECT_NEAR(sum / kept / d, kept_variance(d, 6), 0.01);
-  }
 }
 
 }  // namespace
