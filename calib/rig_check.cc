@@ -21,6 +21,7 @@ namespace {
 constexpr double kFalseAlarm = 1e-3;  // over all parts together
 constexpr double kThere = 0.1;        // of the distance
 constexpr double kSeen = 0.8;         // probability that a change of the stated size shows
+constexpr double kVague = 1e4;        // of variances: no change of the rig contradicts it
 constexpr double kAsGood = 9;         // of the sum of squares: 3 sigma
 constexpr double kDegrees = 180 / std::numbers::pi;
 
@@ -48,7 +49,35 @@ class Checker {
     options_.reject_outliers = false;
     options_.known_sigma_px = earlier.rig.sigma_px;
     options_.estimate_known_sigmas = false;
+    options_.estimate_warp = true;
     options_.threads = threads;
+  }
+
+  // Boards are bent, or flat where too little of them is seen to tell.
+  void settle_warp() { options_.estimate_warp = refine_without({}).has_value(); }
+
+  // Readings that no rig of the kind explains are errors of decoding, and say nothing of a change.
+  Expected<void> leave_out_decoding_errors() {
+    std::vector<StripeView>& stripes = data_.observations.stripes;
+    if (stripes.empty()) return {};
+    Rig vague = earlier_.rig;
+    vague.covariance.matrix *= kVague;
+    const auto known = rig_prior(vague, start_, data_.observations);
+    if (!known) return tl::unexpected(known.error());
+    BundleOptions options = options_;
+    options.reject_outliers = true;
+    options.estimate_known_sigmas = true;
+    options.priors = {known->prior};
+    options.held = known->held;
+    options.freed = known->freed;
+    const auto bundle = refine(start_, data_.observations, options);
+    if (!bundle) return tl::unexpected(bundle.error());
+    auto view = stripes.begin();
+    for (const ViewSummary& summary : bundle->views) {
+      if (summary.kind == View::Kind::stripes) keep(summary.inlier, *view++);
+    }
+    std::erase_if(stripes, [](const StripeView& v) { return v.coordinates_px.empty(); });
+    return {};
   }
 
   // Everything unchanged. Settles how many correlated observations count as one.
@@ -79,7 +108,9 @@ class Checker {
 
   double redundancy(const Refined& unchanged) const {
     double sum = 0;
-    for (const GroupSummary& group : unchanged.bundle.groups) sum += group.redundancy;
+    for (const GroupSummary& group : unchanged.bundle.groups) {
+      sum += group.redundancy / inflation_of(group.kind, options_);
+    }
     return sum;
   }
 
@@ -124,6 +155,16 @@ class Checker {
   }
 
  private:
+  static void keep(const std::vector<char>& inlier, StripeView& view) {
+    const StripeView all =
+        std::exchange(view, StripeView{view.camera, view.projector, view.placement, view.normal, {}, {}, view.station});
+    for (std::size_t i = 0; i < inlier.size(); ++i) {
+      if (!inlier[i]) continue;
+      view.camera_pixels.push_back(all.camera_pixels[i]);
+      view.coordinates_px.push_back(all.coordinates_px[i]);
+    }
+  }
+
   void state_limits(const Refined& unchanged, double parts, PartCheck& part) const {
     const std::vector<BlockId>& blocks = unchanged.prior.blocks();
     const auto at = std::find(blocks.begin(), blocks.end(), part.block) - blocks.begin();
@@ -177,7 +218,7 @@ class Checker {
     return on_mount > 1 ? fmt::format("the place of {}", sensor.name) : "";
   }
 
-  const CalibrationData& data_;
+  CalibrationData data_;
   const EarlierRig& earlier_;
   CalibrationState start_;
   BundleOptions options_;
@@ -190,6 +231,8 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
   if (!start) return tl::unexpected(start.error());
   const EarlierRig known{.rig = without_bars(earlier.rig, data), .board_scales = earlier.board_scales};
   Checker checker(data, known, std::move(*start), threads);
+  checker.settle_warp();
+  if (auto done = checker.leave_out_decoding_errors(); !done) return tl::unexpected(done.error());
   auto current = checker.refine_unchanged();
   if (!current) return tl::unexpected(current.error());
   RigCheck check{current->square_sum, checker.redundancy(*current), checker.parts(*current), {}};

@@ -2,12 +2,14 @@
 #include "calib/rig_check.h"
 
 #include <cmath>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "calib/verdict.h"
 #include "tests/calib/made_system_data.h"
+#include "tests/solvers/noisy_observations.h"
 
 namespace crumple {
 namespace {
@@ -170,6 +172,13 @@ TEST(RigCheck, FindsNothingWhereNothingChanged) {
   EXPECT_EQ(alarms, 0);
 }
 
+std::string all_named(const RigCheck& check) {
+  std::string names;
+  for (const PartChange& change : check.changed)
+    names += check.parts[change.part].name + " by " + check.parts[change.part].how_far + "; ";
+  return names;
+}
+
 // A scale bar lies elsewhere each time: that is no change of the rig.
 TEST(RigCheck, ABarPutDownElsewhereIsNoChange) {
   MadeSystemOptions options = kCampaign;
@@ -192,13 +201,6 @@ TEST(RigCheck, ABarPutDownElsewhereIsNoChange) {
   const auto check = check_rig(with_bar(later), known, 1);
   ASSERT_TRUE(check) << check.error().message;
   EXPECT_TRUE(check->valid()) << check->parts[check->changed[0].part].name;
-}
-
-std::string all_named(const RigCheck& check) {
-  std::string names;
-  for (const PartChange& change : check.changed)
-    names += check.parts[change.part].name + " by " + check.parts[change.part].how_far + "; ";
-  return names;
 }
 
 const PartCheck& part_named(const RigCheck& check, const std::string& name) {
@@ -227,6 +229,36 @@ TEST(RigCheck, SaysFromHowMuchOnAChangeWouldShow) {
   }
   EXPECT_GE(found, kDraws - 1);
   EXPECT_LE(by_chance, 1);
+}
+
+// One stripe reading in fifty is decoded wrongly; the projector was nudged.
+TEST(RigCheck, DecodingErrorsHideNoChange) {
+  MadeSystemOptions options = kCampaign;
+  options.projector = true;
+  const EarlierRig known{.rig = calibrated_rig(calibrate(data_of(make_system(options)), kFlatBoards).value())};
+  options.stations = 5;
+  options.tracker_placements = 1;
+  options.seed = 51;
+  const auto seen = [&](void (*change)(Rig&)) {
+    options.change = change;
+    MadeSystem made = make_system(options);
+    std::mt19937_64 random(6);
+    const NoiseLevels stripes_only{.stripe_px = options.stripe_sigma_px};
+    Observations wrong = made.observations;
+    add_gross_errors(0.02, stripes_only, random, wrong);
+    made.observations.stripes = wrong.stripes;
+    return check_rig(data_of(made), known, 1).value();
+  };
+  const RigCheck sound = seen(nullptr);
+  EXPECT_TRUE(sound.valid()) << all_named(sound);
+  EXPECT_NEAR(sound.square_sum / sound.redundancy, 1, 0.2);
+  const RigCheck nudged = seen([](Rig& rig) { rig.sensors[1].sensor_from_mount.translation.y() += 0.3; });
+  ASSERT_EQ(nudged.changed.size(), 1u) << all_named(nudged);
+  // Of five stations: it, or that the camera was nudged before projector and LEDs.
+  const PartChange& change = nudged.changed[0];
+  std::vector<std::string> names{nudged.parts[change.part].name};
+  for (const std::size_t other : change.or_else) names.push_back(nudged.parts[other].name);
+  EXPECT_THAT(names, testing::UnorderedElementsAre("the place of cam0", "the place of proj0"));
 }
 
 TEST(RigCheck, NamesTheTrackerThatWasNudged) {

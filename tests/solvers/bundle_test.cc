@@ -1,7 +1,6 @@
 #include "solvers/bundle.h"
 
 #include <cmath>
-#include <random>
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
