@@ -43,10 +43,13 @@ struct CalibrationOptions {
   std::optional<EarlierRig> earlier = {};
 };
 
-// The groups' variances as estimates (calib/weighting.h).
-struct SigmaUncertainty {
-  std::vector<std::optional<std::size_t>> estimate_of_group = {};  // in the bundle's order; none: known beforehand
-  Eigen::MatrixXd half_relative_covariance = {};  // of the estimates; the diagonal is one over degrees of freedom
+// Variances that were estimated from residuals, as estimates (calib/weighting.h): the groups' sigmas, squared, then
+// variance inflations.
+struct VarianceEstimates {
+  std::vector<std::optional<std::size_t>> of_group = {};  // in the bundle's order; none: the sigma is known beforehand
+  Eigen::MatrixXd half_relative_covariance = {};          // the diagonal is one over degrees of freedom
+  // What each contributes to the covariance of the common parameters, C N_i C.
+  std::vector<Eigen::MatrixXd> shares = {};
 };
 
 struct Calibration {
@@ -57,7 +60,7 @@ struct Calibration {
   bool warp_estimated = false;
   double warp_statistic = 0;  // where it was tried
   Inflation inflation = {};   // observations that count as one
-  SigmaUncertainty sigmas = {};
+  VarianceEstimates variances = {};
   std::vector<Prior> priors = {};
   std::optional<ScaleUncertainty> scale = {};  // none: unknown
   std::optional<EarlierRig> earlier = {};      // as in the options

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calib/whitened_view.h"
+#include "solvers/decompositions.h"
 #include "solvers/parallel.h"
 
 namespace crumple {
@@ -174,14 +175,69 @@ BudgetEntry entry_of(const Term& term, const std::string& name, double variance,
   return entry;
 }
 
+// Kenward and Roger's, in their letters. `rows`: of the common parameters.
+BudgetRegion region_of(const std::string& part, const std::vector<Eigen::Index>& rows, const Calibration& calibration) {
+  const VarianceEstimates& estimates = calibration.variances;
+  const Eigen::MatrixXd& widening = calibration.bundle.covariance.widening();
+  Eigen::MatrixXd covariance = calibration.bundle.covariance.common()(rows, rows);
+  if (widening.size() > 0) covariance -= widening(rows, rows);
+  std::vector<Eigen::MatrixXd> shares;  // of the whitened parameters
+  for (const Eigen::MatrixXd& share : estimates.shares) {
+    shares.push_back(solve_symmetric(covariance, share(rows, rows)));
+  }
+  double a1 = 0, a2 = 0;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    for (std::size_t j = 0; j < shares.size(); ++j) {
+      const double w =
+          2 * estimates.half_relative_covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      a1 += w * shares[i].trace() * shares[j].trace();
+      a2 += w * shares[i].cwiseProduct(shares[j].transpose()).sum();
+    }
+  }
+  const auto l = static_cast<double>(rows.size());
+  BudgetRegion region{part, static_cast<int>(rows.size())};
+  region.degrees_of_freedom = kInfinity;
+  if (!(a2 > kRounding)) return region;
+  const double b = (a1 + 6 * a2) / (2 * l);
+  const double g = ((l + 1) * a1 - (l + 4) * a2) / ((l + 2) * a2);
+  const double divisor = 3 * l + 2 * (1 - g);
+  const double c1 = g / divisor, c2 = (l - g) / divisor, c3 = (l + 2 - g) / divisor;
+  region.mean = 1 / (1 - a2 / l);
+  const double variance = 2 / l * (1 + c1 * b) / ((1 - c2 * b) * (1 - c2 * b) * (1 - c3 * b));
+  const double rho = variance / (2 * region.mean * region.mean);
+  region.degrees_of_freedom = l * rho > 1 ? 4 + (l + 2) / (l * rho - 1) : kInfinity;
+  region.scale = std::isfinite(region.degrees_of_freedom)
+                     ? region.degrees_of_freedom / (region.mean * (region.degrees_of_freedom - 2))
+                     : 1 / region.mean;
+  return region;
+}
+
+// Of each part, of the LEDs, of all.
+std::vector<BudgetRegion> regions_of(const std::vector<BudgetEntry>& entries, const Calibration& calibration) {
+  std::vector<std::pair<std::string, std::vector<Eigen::Index>>> parts;
+  const auto rows_of = [&](const std::string& part) -> std::vector<Eigen::Index>& {
+    const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& p) { return p.first == part; });
+    return found != parts.end() ? found->second : parts.emplace_back(part, std::vector<Eigen::Index>{}).second;
+  };
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    rows_of(entries[i].part).push_back(row);
+    if (entries[i].part.rfind("LED ", 0) == 0) rows_of("LEDs").push_back(row);
+    rows_of("all").push_back(row);
+  }
+  std::vector<BudgetRegion> regions;
+  for (const auto& [part, rows] : parts) regions.push_back(region_of(part, rows, calibration));
+  return regions;
+}
+
 }  // namespace
 
 std::vector<BudgetSource> budget_sources(const Calibration& calibration) {
   const BundleResult& bundle = calibration.bundle;
-  const SigmaUncertainty& sigmas = calibration.sigmas;
+  const VarianceEstimates& estimates = calibration.variances;
   const auto estimate_of = [&](std::size_t group) -> std::optional<Eigen::Index> {
-    if (sigmas.estimate_of_group.empty() || !sigmas.estimate_of_group[group]) return std::nullopt;
-    return static_cast<Eigen::Index>(*sigmas.estimate_of_group[group]);
+    if (estimates.of_group.empty() || !estimates.of_group[group]) return std::nullopt;
+    return static_cast<Eigen::Index>(*estimates.of_group[group]);
   };
   std::vector<BudgetSource> sources;
   for (std::size_t g = 0; g < bundle.groups.size(); ++g) {
@@ -190,10 +246,10 @@ std::vector<BudgetSource> budget_sources(const Calibration& calibration) {
     source.kind = group.kind;
     source.inflation_degrees_of_freedom = calibration.inflation.degrees_of_freedom(group.kind);
     if (const auto own = estimate_of(g)) {
-      source.sigma_degrees_of_freedom = 1 / sigmas.half_relative_covariance(*own, *own);
+      source.sigma_degrees_of_freedom = 1 / estimates.half_relative_covariance(*own, *own);
       for (std::size_t other = 0; other < bundle.groups.size(); ++other) {
         const auto its = estimate_of(other);
-        source.sigma_covariance.push_back(its ? sigmas.half_relative_covariance(*own, *its) : 0.0);
+        source.sigma_covariance.push_back(its ? estimates.half_relative_covariance(*own, *its) : 0.0);
       }
     }
     sources.push_back(std::move(source));
@@ -240,6 +296,7 @@ UncertaintyBudget uncertainty_budget(const Observations& observations, const Cal
         entry_of(term, name, bundle.covariance.common()(row, row), shares.row(row), budget.sources));
     ++row;
   }
+  budget.regions = regions_of(budget.entries, calibration);
   return budget;
 }
 

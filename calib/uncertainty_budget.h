@@ -14,6 +14,11 @@
 // are correlated: one over the variance of u^2, twice its square being 1, summed over pairs of sigmas and, with the
 // shares of a kind's groups together, over inflations.
 //
+// Several parameters together have a region, { x : scale (x - estimate)' C^-1 (x - estimate) / l <= F }, with F the
+// quantile of l and so many degrees of freedom: scale and these are chosen so that the left side's mean and variance
+// are F's when the variances are estimates (Kenward & Roger, Biometrics 53, 1997, section 3). Where one sigma is
+// estimated scale is 1 and the degrees of freedom are that sigma's; where none is, F is chi-square over l.
+//
 // Units: px, mm, and degrees for the rotation of a mount, whose value is the rotation vector and whose u that of a
 // small further rotation about the sensor's axes (docs/conventions.md, tangents). Parameters that were held have no
 // entry.
@@ -51,9 +56,18 @@ struct BudgetEntry {
   std::vector<double> shares = {};  // of the variance, one per source; they sum to 1
 };
 
+struct BudgetRegion {
+  std::string part;  // of whose parameters; "LEDs" and "all" of all of these
+  int dimension = 0;
+  double scale = 1;
+  double degrees_of_freedom = 0;  // may be infinite
+  double mean = 1;                // of the square of an error by the covariance, over the dimension
+};
+
 struct UncertaintyBudget {
   std::vector<BudgetSource> sources;
   std::vector<BudgetEntry> entries;
+  std::vector<BudgetRegion> regions = {};
 };
 
 inline constexpr double kCoverageFactor = 2;

@@ -194,14 +194,23 @@ void add_weighting(const Observations& observations, int threads, Calibration& c
       if (i != j) sum -= 4 * of_pair * products[i][j].transpose();
     }
   }
-  n.clear();
-  for (const InflationComponent& component : inflation_components(calibration)) {
-    const Information of_kind = informations.of(component.groups);
-    sum += 4 / component.degrees_of_freedom * (of_kind.common - product(of_kind, of_kind, covariance));
-  }
-  calibration.sigmas = {std::vector<std::optional<std::size_t>>(calibration.bundle.groups.size()), knowledge};
+  VarianceEstimates& estimates = calibration.variances;
+  estimates.of_group.resize(calibration.bundle.groups.size());
   for (std::size_t i = 0; i < components.size(); ++i) {
-    for (const std::size_t g : components[i].groups) calibration.sigmas.estimate_of_group[g] = i;
+    for (const std::size_t g : components[i].groups) estimates.of_group[g] = i;
+    estimates.shares.push_back(covariance.common() * n[i].common * covariance.common());
+  }
+  n.clear();
+  const std::vector<InflationComponent> inflations = inflation_components(calibration);
+  const Eigen::Index all = count + static_cast<Eigen::Index>(inflations.size());
+  estimates.half_relative_covariance = Eigen::MatrixXd::Zero(all, all);
+  estimates.half_relative_covariance.topLeftCorner(count, count) = knowledge;
+  for (const InflationComponent& component : inflations) {
+    const auto row = static_cast<Eigen::Index>(estimates.shares.size());
+    estimates.half_relative_covariance(row, row) = 1 / component.degrees_of_freedom;
+    const Information of_kind = informations.of(component.groups);
+    estimates.shares.push_back(covariance.common() * of_kind.common * covariance.common());
+    sum += 4 / component.degrees_of_freedom * (of_kind.common - product(of_kind, of_kind, covariance));
   }
   const Eigen::MatrixXd root = Eigen::LLT<Eigen::MatrixXd>(covariance.common()).matrixL();
   covariance.widen(root * semidefinite(root.transpose() * sum * root) * root.transpose());

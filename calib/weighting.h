@@ -25,7 +25,7 @@
 
 namespace crumple {
 
-// States how well the sigmas are known (Calibration::sigmas) and widens the covariance by what the weights add. The
+// States how well the sigmas are known (Calibration::variances) and widens the covariance by what the weights add. The
 // calibration is refined and has its inflation and priors; `observations` are those it was made from.
 void add_weighting(const Observations& observations, int threads, Calibration& calibration);
 

@@ -11,7 +11,8 @@ using nlohmann::json;
 json degrees_json(double degrees) { return std::isfinite(degrees) ? json(degrees) : json(); }
 
 json budget_json(const UncertaintyBudget& budget) {
-  json result{{"k", kCoverageFactor}, {"sources", json::array()}, {"entries", json::array()}};
+  json result{
+      {"k", kCoverageFactor}, {"sources", json::array()}, {"entries", json::array()}, {"regions", json::array()}};
   for (const BudgetSource& source : budget.sources) {
     result["sources"].push_back({{"name", source.name},
                                  {"type", source.type_b ? "B" : "A"},
@@ -27,6 +28,12 @@ json budget_json(const UncertaintyBudget& budget) {
                                  {"degrees_of_freedom", degrees_json(entry.degrees_of_freedom)},
                                  {"type_b_share", entry.type_b_share},
                                  {"shares", entry.shares}});
+  }
+  for (const BudgetRegion& region : budget.regions) {
+    result["regions"].push_back({{"part", region.part},
+                                 {"dimension", region.dimension},
+                                 {"scale", region.scale},
+                                 {"degrees_of_freedom", degrees_json(region.degrees_of_freedom)}});
   }
   return result;
 }

@@ -82,43 +82,19 @@ double f_mean(double degrees_of_freedom) {
   return std::isfinite(degrees_of_freedom) ? degrees_of_freedom / (degrees_of_freedom - 2) : 1;
 }
 
-// From the shares of what it is made of (calib/uncertainty_budget.h). What is common to all directions of a region is
-// taken as one chi-square, with the effective degrees of freedom of the parameters' mean shares. The mean of the square
-// is larger than that has, to first order by how much the shares differ: that of the parameters, each nu / (nu - 2).
+// Of a part of the rig, "LEDs" or "all", as the budget has it. Of points' pixels that of their lens is taken.
 class KnownVariances {
  public:
   KnownVariances(const Observations& observations, const Calibration& calibration)
-      : budget_(uncertainty_budget(observations, calibration, 1)) {}
+      : regions_(uncertainty_budget(observations, calibration, 1).regions) {}
 
-  // Of parameters whose part of the rig is called so. Of points' pixels that of their lens is taken.
   KnownVariance of(const std::string& part) const {
-    return of_entries([&](const BudgetEntry& entry) { return entry.part == part; });
-  }
-  KnownVariance of_leds() const {
-    return of_entries([](const BudgetEntry& entry) { return entry.part.rfind("LED ", 0) == 0; });
-  }
-  KnownVariance of_all() const {
-    return of_entries([](const BudgetEntry&) { return true; });
+    const auto found = std::find_if(regions_.begin(), regions_.end(), [&](const auto& r) { return r.part == part; });
+    return found == regions_.end() ? KnownVariance{} : KnownVariance{found->degrees_of_freedom, found->mean};
   }
 
  private:
-  template <typename Chosen>
-  KnownVariance of_entries(const Chosen& chosen) const {
-    std::vector<double> shares(budget_.sources.size(), 0);
-    double count = 0, mean_square = 0;
-    for (const BudgetEntry& entry : budget_.entries) {
-      if (!chosen(entry)) continue;
-      ++count;
-      for (std::size_t s = 0; s < shares.size(); ++s) shares[s] += entry.shares[s];
-      mean_square += f_mean(entry.degrees_of_freedom);
-    }
-    if (count == 0) return {};
-    for (double& share : shares) share /= count;
-    const KnownVariance known{effective_degrees_of_freedom(budget_.sources, shares), mean_square / count};
-    return known;
-  }
-
-  UncertaintyBudget budget_;
+  std::vector<BudgetRegion> regions_;
 };
 
 // Calls visit(pixel, point in the sensor's frame) for a grid over the image, at the distance the sensor works at.
@@ -235,13 +211,13 @@ Score score_of(const CoverageCampaign& campaign, bool judge_parameters, const Fr
   if (!judge_parameters) return score;
   for (std::size_t l = 0; l < rig.leds.size(); ++l) leds.push_back({BlockId::Kind::led, l});
   for (std::size_t b = 0; b < campaign.truth.boards.size(); ++b) scales.push_back({BlockId::Kind::scale, b});
-  if (!leds.empty()) add_region("LEDs", errors_of(leds, campaign.truth, found), known.of_leds(), score.regions);
+  if (!leds.empty()) add_region("LEDs", errors_of(leds, campaign.truth, found), known.of("LEDs"), score.regions);
   // A certificate tells them.
   add_region("scales", errors_of(scales, campaign.truth, found), {}, score.regions);
   all.insert(all.end(), leds.begin(), leds.end());
   all.insert(all.end(), scales.begin(), scales.end());
   score.all = errors_of(all, campaign.truth, found);
-  score.all_known = known.of_all();
+  score.all_known = known.of("all");
   add_region("all parameters", score.all, score.all_known, score.regions);
   if (fresh == nullptr) return score;
   const auto measured = measure_fresh(*fresh, found, random);

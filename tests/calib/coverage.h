@@ -1,13 +1,11 @@
 // Whether stated uncertainties are true: how often regions of 95 % contain what is true, over many campaigns.
 //
-// A region is { x : (x - estimate)' C^-1 (x - estimate) <= n q }, n its dimension and q the 95 % quantile of F with n
-// and as many degrees of freedom nu as C has: those of the budget for its parameters together, since sigma is estimated
-// from the same data (solvers/distribution_tails.h). That is exact where one sigma is estimated; of several groups nu
-// comes from their mean shares, and the square is first brought to the mean that F has. Where no sigma is estimated F
-// is chi-square over n. The square itself (normalised estimation error squared, NEES; Bar-Shalom, Li & Kirubarajan
-// 2001, section 5.4) is given over its mean where C is true, n nu / (nu - 2) for one sigma. What was measured at
-// stations after calibration is judged as if sigma were known: with LEDs' from a hundred readings NEES comes out 1 %
-// high.
+// A region is { x : scale (x - estimate)' C^-1 (x - estimate) / n <= q }, n its dimension and q the 95 % quantile of F
+// with n and nu degrees of freedom; scale and nu are the budget's (calib/uncertainty_budget.h), since sigmas are
+// estimated from the same data. That is exact where one sigma is estimated. Where none is F is chi-square over n. The
+// square itself (normalised estimation error squared, NEES; Bar-Shalom, Li & Kirubarajan 2001, section 5.4) is given
+// over its mean where C is true, n nu / (nu - 2) for one sigma. What was measured at stations after calibration is
+// judged as if sigma were known: with LEDs' from a hundred readings NEES comes out 1 % high.
 //
 // Quantities of a campaign
 //   lens of S, mount of S, LEDs, scales   each a region of the parameters' tangents

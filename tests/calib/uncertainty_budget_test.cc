@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calib/weighting.h"
 #include "tests/calib/made_system_data.h"
 #include "tests/calib/synthetic_data.h"
 
@@ -92,20 +93,48 @@ TEST(UncertaintyBudget, SigmasAreCorrelated) {
   EXPECT_NEAR(effective_degrees_of_freedom(sources, {0.5, 0.5}), 200, 1e-12);
 }
 
+const BudgetRegion& region_named(const UncertaintyBudget& budget, const std::string& part) {
+  return *std::find_if(budget.regions.begin(), budget.regions.end(),
+                       [&](const BudgetRegion& region) { return region.part == part; });
+}
+
+// Of one estimated sigma the region is exactly F's.
+TEST(UncertaintyBudget, RegionsOfOneSigmaAreScheffes) {
+  Synthetic made = make_synthetic({.placements = 6, .corner_sigma_px = 0.1});
+  made.truth.rig.sensors.pop_back();
+  const Observations corners{made.observations.placement_count, made.observations.corners, {}, {}};
+  Calibration calibration{.start = made.truth, .bundle = refine(made.truth, corners, {}).value()};
+  add_weighting(corners, 1, calibration);
+  const UncertaintyBudget budget = uncertainty_budget(corners, calibration, 1);
+  const BudgetRegion& lens = region_named(budget, "lens of cam0");
+  EXPECT_EQ(lens.dimension, 9);
+  const double degrees = calibration.bundle.groups[0].redundancy;
+  EXPECT_NEAR(lens.degrees_of_freedom / degrees, 1, 1e-6);
+  EXPECT_NEAR(lens.scale, 1, 1e-9);
+  EXPECT_NEAR(lens.mean, degrees / (degrees - 2), 1e-9);
+}
+
 // Placements and stations, one kind of them eliminated; LEDs, trackers, a mount's rotation in degrees.
 TEST(UncertaintyBudget, OfATrackedProbe) {
   const MadeSystem made = make_system({.stations = 8, .tracker_placements = 6});
   const auto bundle = refine(made.truth, made.observations, {});
   ASSERT_TRUE(bundle) << bundle.error().message;
-  const Calibration calibration{.start = made.truth, .bundle = *bundle};
+  Calibration calibration{.start = made.truth, .bundle = *bundle};
+  add_weighting(made.observations, 1, calibration);
   const UncertaintyBudget budget = uncertainty_budget(made.observations, calibration, 1);
   expect_complete(budget);
+  EXPECT_EQ(region_named(budget, "LEDs").dimension, 15);
+  EXPECT_EQ(region_named(budget, "all").dimension, static_cast<int>(budget.entries.size()));
+  // Trackers' sigmas are known from a hundred readings or so: that is felt by LEDs, hardly by the camera.
+  EXPECT_GT(region_named(budget, "LEDs").mean, region_named(budget, "lens of cam0").mean);
+  EXPECT_GT(region_named(budget, "LEDs").degrees_of_freedom, 30);
   const BudgetEntry& rotation = entry_named(budget, "track1.rotation_y");
   EXPECT_EQ(rotation.unit, "deg");
   EXPECT_EQ(rotation.part, "mount of track1");
-  const auto& names = bundle->covariance.names();
+  const auto& covariance = calibration.bundle.covariance;
+  const auto& names = covariance.names();
   const auto row = std::find(names.begin(), names.end(), rotation.name) - names.begin();
-  EXPECT_NEAR(rotation.u, std::sqrt(bundle->covariance.common()(row, row)) * 180 / std::numbers::pi, 1e-12);
+  EXPECT_NEAR(rotation.u, std::sqrt(covariance.common()(row, row)) * 180 / std::numbers::pi, 1e-12);
 }
 
 }  // namespace

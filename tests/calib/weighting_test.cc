@@ -107,7 +107,7 @@ TEST(Weighting, IsWhatTheWholeMatricesSay) {
   const Eigen::MatrixXd expected_knowledge = information_of_sigmas(all).inverse();
   Calibration complete = calibration;
   add_weighting(made.observations, 2, complete);
-  const Eigen::MatrixXd& knowledge = complete.sigmas.half_relative_covariance;
+  const Eigen::MatrixXd& knowledge = complete.variances.half_relative_covariance;
   ASSERT_EQ(knowledge.rows(), expected_knowledge.rows());
   EXPECT_LT((knowledge - expected_knowledge).norm(), 1e-6 * expected_knowledge.norm());
   const Eigen::MatrixXd& found = complete.bundle.covariance.widening();
@@ -143,12 +143,12 @@ TEST(Weighting, SigmasScatterAsTheySay) {
       const GroupSummary& group = calibration.bundle.groups[g];
       if (group.kind != View::Kind::leds) continue;
       off[static_cast<Eigen::Index>(k)] = std::pow(group.sigma_px / 0.05, 2) - 1;
-      at[k++] = static_cast<Eigen::Index>(calibration.sigmas.estimate_of_group[g].value());
+      at[k++] = static_cast<Eigen::Index>(calibration.variances.of_group[g].value());
     }
     scatter += off * off.transpose() / kDraws;
     for (Eigen::Index i = 0; i < 2; ++i) {
       for (Eigen::Index j = 0; j < 2; ++j)
-        stated(i, j) += 2 * calibration.sigmas.half_relative_covariance(at[i], at[j]) / kDraws;
+        stated(i, j) += 2 * calibration.variances.half_relative_covariance(at[i], at[j]) / kDraws;
     }
   }
   EXPECT_LT(stated(0, 1), -0.05 * stated(0, 0));
