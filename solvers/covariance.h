@@ -78,7 +78,7 @@ class JointCovariance {
   Parameters parameters_;
   std::vector<std::string> names_;
   Eigen::MatrixXd common_;
-  Eigen::MatrixXd widening_;  // that is in common_ already
+  Eigen::MatrixXd widening_;                                    // that is in common_ already
   std::vector<Eigen::Matrix<double, Eigen::Dynamic, 6>> gain_;  // B_j D_j^-1, as Parameters::eliminated
   std::vector<Matrix6d> pose_inverse_;                          // D_j^-1
   double condition_ = 0;
