@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "calib/whitened_view.h"
 #include "solvers/decompositions.h"
 #include "solvers/normal_equations.h"
@@ -19,8 +17,9 @@ namespace {
 // Groups whose variance is one estimate.
 struct Component {
   std::vector<std::size_t> groups;  // of the bundle
-  double redundancy = 0;            // of these groups
-  double effective = 1;             // degrees of freedom of the estimate for each of redundancy
+  double coordinates = 0;           // accepted
+  double redundancy = 0;
+  double effective = 1;  // degrees of freedom of the estimate for each of redundancy
 };
 
 // Each group's sigma, or that of the small groups of a kind, which have that of all of the kind.
@@ -40,6 +39,7 @@ std::vector<Component> sigma_components(const Calibration& calibration) {
     const bool own = group.redundancy >= BundleOptions{}.minimum_redundancy;
     Component& component = own ? components.emplace_back() : small[pool_of(group)];
     component.groups.push_back(g);
+    component.coordinates += static_cast<double>(group.observations - group.outliers) * View::dimension_of(group.kind);
     component.redundancy += group.redundancy;
     component.effective = 1 / calibration.inflation.of(group.kind);
   }
@@ -156,10 +156,28 @@ double trace_of_product(const Information& i, const Information& j, const Eigen:
   return sum;
 }
 
-// A positive semidefinite matrix whose eigenvalues rounding has made negative here and there.
-Eigen::MatrixXd semidefinite(const Eigen::MatrixXd& matrix) {
+// A matrix whose eigenvalues lie between these but for rounding.
+Eigen::MatrixXd clipped(const Eigen::MatrixXd& matrix, double least, double most) {
   const SymmetricEigen eigen = symmetric_eigen(0.5 * (matrix + matrix.transpose()));
-  return eigen.vectors * eigen.values.cwiseMax(0.0).asDiagonal() * eigen.vectors.transpose();
+  return eigen.vectors * eigen.values.cwiseMax(least).cwiseMin(most).asDiagonal() * eigen.vectors.transpose();
+}
+
+// F^-1, F to a unit diagonal bounded from below: variances that residuals cannot tell apart at all would be unknown.
+Eigen::MatrixXd knowledge_of(const Eigen::MatrixXd& f) {
+  constexpr double kLeastTold = 0.05;
+  if (f.size() == 0) return f;
+  const Eigen::VectorXd scale = f.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd equilibrated = scale.asDiagonal() * f * scale.asDiagonal();
+  const auto most = static_cast<double>(f.rows());
+  return scale.asDiagonal() * inverse_positive(clipped(equilibrated, kLeastTold, most)) * scale.asDiagonal();
+}
+
+// R R' = covariance, also where rounding has left it indefinite.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd inverse = sigma.cwiseInverse();
+  const SymmetricEigen eigen = symmetric_eigen(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  return sigma.asDiagonal() * eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 }  // namespace
@@ -177,13 +195,13 @@ void add_weighting(const Observations& observations, int threads, Calibration& c
     for (std::size_t j = 0; j <= i; ++j) {
       products[i].push_back(product(n[i], n[j], covariance));
       double entry = trace_of_product(n[i], n[j], products[i][j], covariance);
-      if (i == j) entry += components[i].redundancy - trace(n[i], covariance);
+      if (i == j) entry += components[i].coordinates - 2 * trace(n[i], covariance);
       entry *= std::sqrt(components[i].effective * components[j].effective);
       f(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = entry;
       f(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = entry;
     }
   }
-  const Eigen::MatrixXd knowledge = inverse_positive(f);
+  const Eigen::MatrixXd knowledge = knowledge_of(f);
   const Eigen::Index size = covariance.common().rows();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
   for (std::size_t i = 0; i < components.size(); ++i) {
@@ -212,8 +230,11 @@ void add_weighting(const Observations& observations, int threads, Calibration& c
     estimates.shares.push_back(covariance.common() * of_kind.common * covariance.common());
     sum += 4 / component.degrees_of_freedom * (of_kind.common - product(of_kind, of_kind, covariance));
   }
-  const Eigen::MatrixXd root = Eigen::LLT<Eigen::MatrixXd>(covariance.common()).matrixL();
-  covariance.widen(root * semidefinite(root.transpose() * sum * root) * root.transpose());
+  if (size == 0) return;
+  // No part of information exceeds the whole, so that no term exceeds a quarter of its factor.
+  const double most = estimates.half_relative_covariance.cwiseAbs().sum();
+  const Eigen::MatrixXd root = root_of(covariance.common());
+  covariance.widen(root * clipped(root.transpose() * sum * root, 0, most) * root.transpose());
 }
 
 }  // namespace crumple

@@ -4,7 +4,10 @@
 // restricted maximum likelihood estimate (Forstner, A scheme for estimating variance components, 1979; Patterson &
 // Thompson, Biometrika 58, 1971). With whitened Jacobians J_i, N_i = J_i'J_i, C = (sum N_i + priors)^-1 and
 // R = I - J C J', the estimates s_i have the relative covariances cov(s_i, s_j) / (s_i s_j) = 2 (F^-1)_ij with
-//   F_ij = tr(R_ij R_ji) = tr(C N_i C N_j) for i != j,   F_ii = redundancy_i - tr(C N_i) + tr(C N_i C N_i).
+//   F_ij = tr(R_ij R_ji) = tr(C N_i C N_j) for i != j,   F_ii = n_i - 2 tr(C N_i) + tr(C N_i C N_i),
+// n_i being the accepted coordinates. F to a unit diagonal has no eigenvalue below 0.05: variances that residuals do
+// not tell apart at all are taken to be told by that much.
+//
 // Where groups hardly share parameters F is the redundancies' diagonal. Two trackers that read the same LEDs are told
 // apart by few of these: residuals across epipolar lines belong to both, and the ratio of their variances is known
 // less well than redundancies say, their mean better.
