@@ -223,7 +223,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   calibration->start = *start;
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
-  add_weighting(data.observations, bundle_options.threads, *calibration);
+  add_weighting(data.observations, bundle_options, *calibration);
   calibration->scale = scale_uncertainty(data, calibration->bundle);
   calibration->earlier = options.earlier;
   return calibration;

@@ -255,7 +255,7 @@ std::vector<BudgetSource> budget_sources(const Calibration& calibration) {
     sources.push_back(std::move(source));
   }
   for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true});
-  if (bundle.covariance.widening().size() > 0) sources.push_back({"estimated weights"});
+  if (bundle.covariance.widening().size() > 0) sources.push_back({"weights and outlier rule"});
   return sources;
 }
 

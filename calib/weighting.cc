@@ -9,6 +9,7 @@
 
 #include "calib/whitened_view.h"
 #include "solvers/decompositions.h"
+#include "solvers/gate.h"
 #include "solvers/normal_equations.h"
 
 namespace crumple {
@@ -182,9 +183,9 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
 
 }  // namespace
 
-void add_weighting(const Observations& observations, int threads, Calibration& calibration) {
+void add_weighting(const Observations& observations, const BundleOptions& options, Calibration& calibration) {
   JointCovariance& covariance = calibration.bundle.covariance;
-  const Informations informations(observations, calibration, threads);
+  const Informations informations(observations, calibration, options.threads);
   const std::vector<Component> components = sigma_components(calibration);
   const auto count = static_cast<Eigen::Index>(components.size());
   std::vector<Information> n;
@@ -212,6 +213,14 @@ void add_weighting(const Observations& observations, int threads, Calibration& c
       if (i != j) sum -= 4 * of_pair * products[i][j].transpose();
     }
   }
+  double gated = 0;
+  for (std::size_t i = 0; options.reject_outliers && i < components.size(); ++i) {
+    const View::Kind kind = calibration.bundle.groups[components[i].groups.front()].kind;
+    const double cost = cost_of_gate(View::dimension_of(kind), options.gate) * components[i].coordinates /
+                        components[i].redundancy / calibration.inflation.of(kind);
+    sum += cost * n[i].common;
+    gated += cost;
+  }
   VarianceEstimates& estimates = calibration.variances;
   estimates.of_group.resize(calibration.bundle.groups.size());
   for (std::size_t i = 0; i < components.size(); ++i) {
@@ -232,7 +241,7 @@ void add_weighting(const Observations& observations, int threads, Calibration& c
   }
   if (size == 0) return;
   // No part of information exceeds the whole, so that no term exceeds a quarter of its factor.
-  const double most = estimates.half_relative_covariance.cwiseAbs().sum();
+  const double most = estimates.half_relative_covariance.cwiseAbs().sum() + gated;
   const Eigen::MatrixXd root = root_of(covariance.common());
   covariance.widen(root * clipped(root.transpose() * sum * root, 0, most) * root.transpose());
 }

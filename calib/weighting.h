@@ -1,4 +1,5 @@
-// How well the groups' sigmas are known, and what a covariance lacks because the observations were weighted by them.
+// How well the groups' sigmas are known, and what a covariance lacks because the observations were weighted by them and
+// chosen by their residuals.
 //
 // A group's variance is its sum of squares over its redundancy, repeated until weights and variances agree; that is the
 // restricted maximum likelihood estimate (Forstner, A scheme for estimating variance components, 1979; Patterson &
@@ -20,16 +21,23 @@
 //
 // Correlated observations count for their effective number: rows and columns of F are divided by the root of their
 // variance inflation. The inflations are estimates too, common to all groups of a kind (calib/correlation.h), and
-// counted beside the sigmas with their own degrees of freedom. Sigmas known beforehand and priors count as exact. Not
-// in it: that which observations are outliers hangs on the sigmas too.
+// counted beside the sigmas with their own degrees of freedom. Sigmas known beforehand and priors count as exact.
+//
+// Where outliers were looked for (`gate`), good observations are left out too, and just those that disagree most with
+// what all others tell: the covariance without such an observation knows nothing of that. Left out with probability P
+// for a standardised square s, in d dimensions, observation i adds on average
+//   P (E(s | out) / d - 1) C J_i'(I - H_i)^-1 J_i C,   H_i = J_i C J_i',
+// to what C expects. Taken by groups, with the mean redundancy for I - H_i. Few LED readings, of which each has much
+// leverage, make it one per cent of the variance.
 #pragma once
 
 #include "calib/calibrate.h"
 
 namespace crumple {
 
-// States how well the sigmas are known (Calibration::variances) and widens the covariance by what the weights add. The
-// calibration is refined and has its inflation and priors; `observations` are those it was made from.
-void add_weighting(const Observations& observations, int threads, Calibration& calibration);
+// States how well the sigmas are known (Calibration::variances) and widens the covariance by what the weights and the
+// gate add. The calibration is refined and has its inflation and priors; `observations` and `options` are those it was
+// made with.
+void add_weighting(const Observations& observations, const BundleOptions& options, Calibration& calibration);
 
 }  // namespace crumple

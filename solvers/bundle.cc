@@ -1,7 +1,9 @@
 #include "solvers/bundle.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -149,18 +151,41 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
   return result;
 }
 
-// Re-decides every observation (without `readmit` only those that count).
-void gate_outliers(const Views& views, const Linearisation& at, const DispensableLeds& dispensable, double gate,
-                   bool readmit, std::vector<ViewWeights>& weights) {
+// The gates of a group whose variance is known, or was estimated with so many degrees of freedom.
+struct Gates {
+  Gates(int dimension, double gate, double variance_freedom)
+      : freedom(variance_freedom),
+        counted{gate_for(1, gate, freedom - dimension), gate_for(2, gate, freedom - dimension)},
+        left_out{gate_for(1, gate, freedom), gate_for(2, gate, freedom)} {}
+
+  double freedom;
+  std::array<double, 2> counted, left_out;  // of squares with one degree of freedom and two
+};
+
+// Re-decides every observation (without `readmit` only those that count). `freedoms`: of the groups' variances that
+// were estimated.
+void gate_outliers(const Views& views, const Linearisation& at, const std::map<GroupKey, double>& freedoms,
+                   const DispensableLeds& dispensable, double gate, bool readmit, std::vector<ViewWeights>& weights) {
+  std::map<GroupKey, Gates> gates;
+  for (const auto& view : views) {
+    const GroupKey key = key_of(*view);
+    if (gates.contains(key)) continue;
+    const auto estimated = freedoms.find(key);
+    const double freedom = estimated == freedoms.end() ? std::numeric_limits<double>::infinity() : estimated->second;
+    gates.emplace(key, Gates(view->dimension(), gate, freedom));
+  }
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
+    const Gates& of_group = gates.at(key_of(*views[v]));
     for (int i = 0; i < views[v]->size(); ++i) {
       char& inlier = weights[v].inlier[static_cast<std::size_t>(i)];
       if (!inlier && !readmit) continue;
       const StandardisedSquare square =
           standardised_square(at.residuals_px[v].segment(d * i, d) / weights[v].sigma_px,
                               at.hats[v][static_cast<std::size_t>(i)], inlier != 0, dispensable.reads(v, i));
-      inlier = square.value <= gate_for(square.freedom, gate);
+      const auto which = static_cast<std::size_t>(square.freedom - 1);
+      inlier = inlier ? without_itself(square.value, d, of_group.freedom) <= of_group.counted[which]
+                      : square.value <= of_group.left_out[which];
     }
   }
 }
@@ -235,12 +260,17 @@ std::optional<double> known_sigma(const Rig& rig, const GroupKey& key, const Bun
   return known == options.known_sigma_px.end() ? std::nullopt : std::optional(known->second);
 }
 
+// And the degrees of freedom of the variances that were estimated.
+struct Groups {
+  std::map<GroupKey, GroupSummary> summaries;
+  std::map<GroupKey, double> freedoms;
+};
+
 // `small` remembers the groups whose redundancy was once too little, lest one on the limit go to and fro.
-std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Linearisation& at,
-                                                  const std::vector<ViewWeights>& weights,
-                                                  const CalibrationState& state, const BundleOptions& options,
-                                                  std::set<GroupKey>& small) {
-  std::map<GroupKey, GroupSummary> groups;
+Groups summarise_groups(const Views& views, const Linearisation& at, const std::vector<ViewWeights>& weights,
+                        const CalibrationState& state, const BundleOptions& options, std::set<GroupKey>& small) {
+  Groups result;
+  std::map<GroupKey, GroupSummary>& groups = result.summaries;
   std::map<GroupKey, double> squares, all_squares;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
@@ -277,14 +307,16 @@ std::map<GroupKey, GroupSummary> summarise_groups(const Views& views, const Line
     const auto known = known_sigma(state.rig, key, options);
     if (known && !options.estimate_known_sigmas) {
       group.sigma_px = *known;
+      group.sigma_estimated = false;
       continue;
     }
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;
     const double kept = options.reject_outliers ? kept_variance(d, options.gate) : 1;
     group.sigma_px = group.sigma_estimated ? std::max(std::sqrt(own.square / (own.redundancy * kept)), kSigmaFloor_px)
                                            : known.value_or(options.prior_sigma_px);
+    if (group.sigma_estimated) result.freedoms[key] = own.redundancy;
   }
-  return groups;
+  return result;
 }
 
 ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px, const ViewWeights& weights) {
@@ -431,7 +463,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const NormalEquations equations = equations_at(views, weights, parameters, state, options);
     const auto at = linearise(views, weights, equations, state, options);
     if (!at) return tl::unexpected(at.error());
-    gate_outliers(views, *at, dispensable, options.gate, true, weights);
+    gate_outliers(views, *at, {}, dispensable, options.gate, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
     if (dispensable.settle(true, weights, held)) parameters = Parameters(state, views, held);
   }
@@ -443,13 +475,13 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (!minimum) return tl::unexpected(minimum.error());
     auto at = linearise(views, weights, minimum->equations, state, options);
     if (!at) return tl::unexpected(at.error());
-    const auto groups = summarise_groups(views, *at, weights, state, options, small);
+    const auto [groups, freedoms] = summarise_groups(views, *at, weights, state, options, small);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
     bool other_blocks = false;
     if (options.reject_outliers) {
-      gate_outliers(views, *at, dispensable, options.gate, round < kReadmittingRounds, next);
+      gate_outliers(views, *at, freedoms, dispensable, options.gate, round < kReadmittingRounds, next);
       const bool try_again = round < kRetrialRounds;
       const bool fewer = dispensable.settle(try_again, next, held);
       const bool other_poses = settle_untold_poses(views, observations, try_again, next, state, held);

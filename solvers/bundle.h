@@ -4,11 +4,12 @@
 //   1. Robust: Cauchy loss, sigma of each group from the median of its residuals, repeated until that settles.
 //   2. Gate and solve: an observation is an outlier where its squared residual, standardised by its own redundancy,
 //      r' (I - J C J')^-1 r / sigma^2, exceeds the gate: 16 in two dimensions, and in one the 12.87 that clean data
-//      exceeds equally often (3.4 in 10,000). Observations left out are tested with I + J C J'. Least squares on the
-//      rest, sigma anew, until neither changes. From the tenth round on what is left out stays out, so that an
-//      observation on the gate's edge cannot go in and out for ever. A placement or station with fewer than six
-//      accepted coordinates (three corners) is tried again as a whole in the first five rounds, then left out as a
-//      whole: its pose stays where it was and is not estimated.
+//      exceeds equally often (3.4 in 10,000); more where sigma is known from few observations (solvers/gate.h), it
+//      being that without the observation. Those left out are tested with I + J C J'. Least squares on the rest, sigma
+//      anew, until neither changes. From the tenth round on what is left out stays out, so that an observation on the
+//      gate's edge cannot go in and out for ever. A placement or station with fewer than six accepted coordinates
+//      (three corners) is tried again as a whole in the first five rounds, then left out as a whole: its pose stays
+//      where it was and is not estimated.
 //   3. Sigma of a group: its sum of squares over its redundancy (observations less the trace of their hat matrix), and
 //      over the share of the variance that a chi-square distribution cut at the gate keeps. A group with a redundancy
 //      under 50 takes that of all groups of its kind together; where that is under 50 too it keeps its prior sigma and

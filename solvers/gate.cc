@@ -1,23 +1,34 @@
 #include "solvers/gate.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "solvers/distribution_tails.h"
+
 namespace crumple {
 
-double gate_for(int dimension, double gate) {
-  if (dimension == 2) return gate;
-  // P(|z| > t) = erfc(t / sqrt 2) = exp(-gate / 2), by bisection.
+double gate_for(int dimension, double gate, double freedom) {
+  // P(F > x / 2) = (1 + x / freedom)^(-freedom / 2) of two degrees over `freedom`.
+  const double in_two = std::isinf(freedom) ? gate : freedom * std::expm1(gate / freedom);
+  if (dimension == 2) return in_two;
   const double probability = std::exp(-gate / 2);
-  double low = 0, high = std::sqrt(gate);
+  double low = 0, high = in_two;
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
-    (std::erfc(middle / std::numbers::sqrt2) > probability ? low : high) = middle;
+    (f_tail(middle, 1, freedom) > probability ? low : high) = middle;
   }
-  return low * low;
+  return low;
+}
+
+double without_itself(double square, int dimension, double freedom) {
+  if (std::isinf(freedom)) return square;
+  if (!(square < freedom)) return std::numeric_limits<double>::infinity();
+  return square * std::max(0.0, freedom - dimension) / (freedom - square);
 }
 
 double kept_variance(int dimension, double gate) {
@@ -26,6 +37,12 @@ double kept_variance(int dimension, double gate) {
   const double t = std::sqrt(gate_for(1, gate));
   const double density = std::exp(-t * t / 2) / std::sqrt(2 * std::numbers::pi);
   return 1 - 2 * t * density / (1 - outside);
+}
+
+double cost_of_gate(int dimension, double gate) {
+  // Beyond the gate lies P(out) of the data and 1 - (1 - P(out)) kept of the variance.
+  const double outside = std::exp(-gate / 2);
+  return 1 - (1 - outside) * kept_variance(dimension, gate) - outside;
 }
 
 StandardisedSquare standardised_square(const Eigen::VectorXd& whitened, const Eigen::Matrix2d& hat, bool inlier,

@@ -177,7 +177,7 @@ Expected<Calibration> estimated(const CoverageCampaign& campaign) {
   auto bundle = refine(campaign.start, campaign.observations, campaign.options);
   if (!bundle) return tl::unexpected(bundle.error());
   Calibration calibration{.start = campaign.start, .bundle = std::move(*bundle), .priors = campaign.options.priors};
-  add_weighting(campaign.observations, 1, calibration);
+  add_weighting(campaign.observations, campaign.options, calibration);
   return calibration;
 }
 

@@ -104,7 +104,7 @@ TEST(UncertaintyBudget, RegionsOfOneSigmaAreScheffes) {
   made.truth.rig.sensors.pop_back();
   const Observations corners{made.observations.placement_count, made.observations.corners, {}, {}};
   Calibration calibration{.start = made.truth, .bundle = refine(made.truth, corners, {}).value()};
-  add_weighting(corners, 1, calibration);
+  add_weighting(corners, {.reject_outliers = false}, calibration);
   const UncertaintyBudget budget = uncertainty_budget(corners, calibration, 1);
   const BudgetRegion& lens = region_named(budget, "lens of cam0");
   EXPECT_EQ(lens.dimension, 9);
@@ -120,7 +120,7 @@ TEST(UncertaintyBudget, OfATrackedProbe) {
   const auto bundle = refine(made.truth, made.observations, {});
   ASSERT_TRUE(bundle) << bundle.error().message;
   Calibration calibration{.start = made.truth, .bundle = *bundle};
-  add_weighting(made.observations, 1, calibration);
+  add_weighting(made.observations, {}, calibration);
   const UncertaintyBudget budget = uncertainty_budget(made.observations, calibration, 1);
   expect_complete(budget);
   EXPECT_EQ(region_named(budget, "LEDs").dimension, 15);

@@ -8,6 +8,7 @@
 
 #include "calib/uncertainty_budget.h"
 #include "calib/whitened_view.h"
+#include "solvers/gate.h"
 #include "tests/solvers/made_system.h"
 #include "tests/solvers/noisy_observations.h"
 #include "tests/solvers/synthetic.h"
@@ -95,8 +96,11 @@ Eigen::MatrixXd widening(const Dense& all, const Eigen::MatrixXd& knowledge) {
   return sum;
 }
 
-Eigen::MatrixXd widened_by(const Observations& observations, Calibration calibration, int threads = 1) {
-  add_weighting(observations, threads, calibration);
+BundleOptions of_weights_alone(int threads = 1) { return {.reject_outliers = false, .threads = threads}; }
+
+Eigen::MatrixXd widened_by(const Observations& observations, Calibration calibration,
+                           const BundleOptions& options = of_weights_alone()) {
+  add_weighting(observations, options, calibration);
   return calibration.bundle.covariance.widening();
 }
 
@@ -106,7 +110,7 @@ TEST(Weighting, IsWhatTheWholeMatricesSay) {
   const Dense all = dense(made.observations, calibration);
   const Eigen::MatrixXd expected_knowledge = information_of_sigmas(all).inverse();
   Calibration complete = calibration;
-  add_weighting(made.observations, 2, complete);
+  add_weighting(made.observations, of_weights_alone(2), complete);
   const Eigen::MatrixXd& knowledge = complete.variances.half_relative_covariance;
   ASSERT_EQ(knowledge.rows(), expected_knowledge.rows());
   EXPECT_LT((knowledge - expected_knowledge).norm(), 1e-6 * expected_knowledge.norm());
@@ -138,7 +142,7 @@ TEST(Weighting, SigmasScatterAsTheySay) {
     Calibration calibration = refined(made.truth, noisy, {.reject_outliers = false});
     Eigen::Vector2d off = Eigen::Vector2d::Zero();
     Eigen::Index at[2] = {0, 0};
-    add_weighting(noisy, 1, calibration);
+    add_weighting(noisy, of_weights_alone(), calibration);
     for (std::size_t g = 0, k = 0; g < calibration.bundle.groups.size(); ++g) {
       const GroupSummary& group = calibration.bundle.groups[g];
       if (group.kind != View::Kind::leds) continue;
@@ -171,6 +175,22 @@ TEST(Weighting, OfOneGroupIsNothing) {
   EXPECT_LT(found.diagonal().cwiseQuotient(variance).maxCoeff(), 1e-9);
 }
 
+// The gate costs all that one group tells the same share, by the mean redundancy of an observation.
+TEST(Weighting, TheGateCostsWhatItLeavesOutByChance) {
+  const Synthetic made = make_synthetic({.placements = 6, .corner_sigma_px = 0.1});
+  CalibrationState camera = made.truth;
+  camera.rig.sensors.pop_back();
+  Observations corners{made.observations.placement_count, made.observations.corners, {}, {}};
+  const Calibration calibration = refined(camera, corners);
+  const GroupSummary& group = calibration.bundle.groups[0];
+  const double coordinates = 2.0 * static_cast<double>(group.observations - group.outliers);
+  const Eigen::VectorXd variance = calibration.bundle.covariance.common().diagonal();
+  const Eigen::VectorXd share = widened_by(corners, calibration, {}).diagonal().cwiseQuotient(variance);
+  const double expected = cost_of_gate(2, 16) * coordinates / group.redundancy;
+  EXPECT_NEAR(share.minCoeff(), expected, 1e-6);
+  EXPECT_NEAR(share.maxCoeff(), expected, 1e-6);
+}
+
 // Beside a prior that is exact: with s the share of the observations, 4 / nu s (1 - s) of a single parameter's
 // variance.
 TEST(Weighting, BesideAPriorOfOneParameter) {
@@ -190,7 +210,7 @@ TEST(Weighting, BesideAPriorOfOneParameter) {
   const double variance = calibration.bundle.covariance.common()(0, 0);
   const double share = 1 - variance / alone;
   Calibration complete = calibration;
-  add_weighting(corners, 1, complete);
+  add_weighting(corners, of_weights_alone(), complete);
   const double degrees = budget_sources(complete)[0].sigma_degrees_of_freedom;
   const Eigen::MatrixXd found = widened_by(corners, calibration);
   EXPECT_GT(share, 0.5);

@@ -1,9 +1,13 @@
 #include "solvers/gate.h"
 
 #include <cmath>
+#include <limits>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
+
+#include "solvers/distribution_tails.h"
 
 namespace crumple {
 namespace {
@@ -57,6 +61,64 @@ TEST(StandardisedSquare, WhereADirectionHasNoRedundancy) {
   EXPECT_EQ(standardised_square(residual, diagonal(1, 1), true, true).value, 0);
   // One that was left out is tested against its prediction, which is only vague there.
   EXPECT_NEAR(standardised_square(residual, diagonal(1, 0.5), false, false).value, 25 / 2.0 + 9 / 1.5, 1e-12);
+}
+
+// Where the variance is an estimate the F distribution's tail is the normal one's; from many data they agree.
+TEST(Gate, IsExceededAsOftenWhateverTellsTheVariance) {
+  const double probability = std::exp(-8);
+  for (const double freedom : {20.0, 100.0, 1e9}) {
+    EXPECT_NEAR(f_tail(gate_for(2, 16, freedom) / 2, 2, freedom) / probability, 1, 1e-6) << freedom;
+    EXPECT_NEAR(f_tail(gate_for(1, 16, freedom), 1, freedom) / probability, 1, 1e-6) << freedom;
+  }
+  EXPECT_GT(gate_for(2, 16, 100), 17);
+  EXPECT_NEAR(gate_for(2, 16, 1e9), 16, 1e-6);
+}
+
+// Of numbers with a known mean: each by the variance of all, turned into each by the variance of the others.
+TEST(Gate, AnObservationIsTestedAlikeWhetherItCountsOrNot) {
+  const std::vector<double> values{0.3, -1.2, 2.5, 0.7, -0.4};
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  for (const double value : values) {
+    const double square = value * value;
+    EXPECT_NEAR(without_itself(square / (sum / 5), 1, 5), square / ((sum - square) / 4), 1e-12);
+  }
+  EXPECT_EQ(without_itself(5, 1, 5), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(without_itself(7, 2, std::numeric_limits<double>::infinity()), 7);
+}
+
+// The mean of eight points in the plane, those beyond the gate left out, scatters by that much more than the number of
+// those that are left says.
+TEST(Gate, CostsWhatItLeavesOutByChance) {
+  constexpr double kGate = 9;
+  constexpr int kPoints = 8, kDraws = 200000;
+  std::mt19937_64 generator(2);
+  std::normal_distribution<double> normal;
+  double square = 0, stated = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Eigen::Matrix2Xd points(2, kPoints);
+    for (double& value : points.reshaped()) value = normal(generator);
+    const Eigen::Vector2d mean = points.rowwise().mean();
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    int left = 0;
+    for (int i = 0; i < kPoints; ++i) {
+      const auto tested =
+          standardised_square(points.col(i) - mean, diagonal(1.0 / kPoints, 1.0 / kPoints), true, false);
+      if (tested.value > gate_for(2, kGate)) continue;
+      sum += points.col(i);
+      ++left;
+    }
+    square += (sum / left).squaredNorm();
+    stated += 2.0 / left;
+  }
+  const double cost = cost_of_gate(2, kGate) * kPoints / (kPoints - 1);
+  EXPECT_NEAR(square / stated - 1, cost, 0.15 * cost);
+  EXPECT_NEAR(cost_of_gate(2, 16), 8 * std::exp(-8), 1e-12);
+  // Huber's variance of a mean that leaves out beyond t: int psi^2 over (int psi')^2, psi = x up to t.
+  const double t = std::sqrt(gate_for(1, 16));
+  const double inside = std::erf(t / std::sqrt(2)), density = std::exp(-t * t / 2) / std::sqrt(2 * M_PI);
+  const double huber = (inside - 2 * t * density) / std::pow(inside - 2 * t * density, 2) * inside - 1;
+  EXPECT_NEAR(cost_of_gate(1, 16), huber, 0.02 * huber);
 }
 
 }  // namespace
