@@ -50,13 +50,14 @@ void keep_seen_by(const Lens& lens, SeenGrid& grid) {
 
 // B minus A at the present motion; none where B loses a point.
 std::optional<Differences> differences_at(const SeenGrid& grid, const Pose& b_from_a, bool infinite, const Lens& lens_b,
-                                          const Eigen::MatrixXd& root_a, const Eigen::MatrixXd& root_b) {
+                                          const Eigen::MatrixXd& root_a, const Eigen::MatrixXd& root_b,
+                                          double no_difference_px) {
   const auto rows = 2 * static_cast<Eigen::Index>(grid.points.size());
   Differences d{.dimension = 2,
                 .values = Eigen::VectorXd(rows),
                 .by_frame = Eigen::MatrixXd(rows, infinite ? 3 : 6),
                 .root = Eigen::MatrixXd(rows, root_a.cols() + root_b.cols()),
-                .floor = kNoDifference_px};
+                .floor = no_difference_px};
   for (std::size_t i = 0; i < grid.points.size(); ++i) {
     const auto row = 2 * static_cast<Eigen::Index>(i);
     const Eigen::Vector3d point = b_from_a * grid.points[i];
@@ -100,7 +101,8 @@ Expected<ProjectionDifference> projection_difference(const Rig& a, std::size_t s
   }
   ProjectionDifference result{seen.pixels, {}, {}};
   for (int turn = 0; turn < kAlignments; ++turn) {
-    const auto differences = differences_at(seen, result.b_from_a, infinite, lens_b, root_a, root_b);
+    const auto differences =
+        differences_at(seen, result.b_from_a, infinite, lens_b, root_a, root_b, grid.no_difference_px);
     if (!differences) return fail(fmt::format("the two calibrations of {} see in different directions", name));
     result.px = aligned_difference(*differences);
     const double moved_px = (differences->by_frame * result.px.motion).cwiseAbs().maxCoeff();

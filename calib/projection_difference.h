@@ -26,6 +26,7 @@ struct ProjectionGrid {
   int columns = 16;
   int rows = 12;
   double distance_mm = 0;  // along the ray; may be infinite
+  double no_difference_px = kNoDifference_px;
 };
 
 struct ProjectionDifference {

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "calib/accepted_observations.h"
 #include "calib/correlation.h"
 #include "calib/rig_prior.h"
 #include "calib/rig_truth.h"
@@ -58,8 +59,7 @@ class Checker {
 
   // Readings that no rig of the kind explains are errors of decoding, and say nothing of a change.
   Expected<void> leave_out_decoding_errors() {
-    std::vector<StripeView>& stripes = data_.observations.stripes;
-    if (stripes.empty()) return {};
+    if (data_.observations.stripes.empty()) return {};
     Rig vague = earlier_.rig;
     vague.covariance.matrix *= kVague;
     const auto known = rig_prior(vague, start_, data_.observations);
@@ -72,11 +72,12 @@ class Checker {
     options.freed = known->freed;
     const auto bundle = refine(start_, data_.observations, options);
     if (!bundle) return tl::unexpected(bundle.error());
-    auto view = stripes.begin();
-    for (const ViewSummary& summary : bundle->views) {
-      if (summary.kind == View::Kind::stripes) keep(summary.inlier, *view++);
+    std::vector<std::vector<char>> accepted;
+    for (const ViewSummary& view : bundle->views) {
+      accepted.push_back(view.inlier);
+      if (view.kind != View::Kind::stripes) std::fill(accepted.back().begin(), accepted.back().end(), 1);
     }
-    std::erase_if(stripes, [](const StripeView& v) { return v.coordinates_px.empty(); });
+    data_.observations = accepted_observations(data_.observations, accepted);
     return {};
   }
 
@@ -155,16 +156,6 @@ class Checker {
   }
 
  private:
-  static void keep(const std::vector<char>& inlier, StripeView& view) {
-    const StripeView all =
-        std::exchange(view, StripeView{view.camera, view.projector, view.placement, view.normal, {}, {}, view.station});
-    for (std::size_t i = 0; i < inlier.size(); ++i) {
-      if (!inlier[i]) continue;
-      view.camera_pixels.push_back(all.camera_pixels[i]);
-      view.coordinates_px.push_back(all.coordinates_px[i]);
-    }
-  }
-
   void state_limits(const Refined& unchanged, double parts, PartCheck& part) const {
     const std::vector<BlockId>& blocks = unchanged.prior.blocks();
     const auto at = std::find(blocks.begin(), blocks.end(), part.block) - blocks.begin();

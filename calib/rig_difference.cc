@@ -96,7 +96,8 @@ void compare_sensors(const Rig& a, const Rig& b, const std::vector<Match>& match
                      const std::vector<std::pair<Match, Match>>& pairs, const RigDifferenceOptions& options,
                      RigDifference& result) {
   for (const Match& match : matches) {
-    const ProjectionGrid grid{options.columns, options.rows, working_distance_mm(a, match.a, pairs, options)};
+    const ProjectionGrid grid{options.columns, options.rows, working_distance_mm(a, match.a, pairs, options),
+                              options.no_difference_px};
     auto projection = projection_difference(a, match.a, b, match.b, grid);
     if (!projection) {
       result.not_compared.push_back(projection.error().message);
@@ -120,7 +121,7 @@ void compare_pairs(const Rig& a, const Rig& b, const std::vector<std::pair<Match
                       first_a.name, second_a.name));
       continue;
     }
-    auto volume = volume_difference(a, b, {first.a, second.a, first.b, second.b}, *depth);
+    auto volume = volume_difference(a, b, {first.a, second.a, first.b, second.b}, *depth, options.no_difference_mm);
     if (!volume) {
       result.not_compared.push_back(volume.error().message);
       continue;
@@ -133,7 +134,7 @@ void compare_pairs(const Rig& a, const Rig& b, const std::vector<std::pair<Match
   }
 }
 
-void compare_leds(const Rig& a, const Rig& b, RigDifference& result) {
+void compare_leds(const Rig& a, const Rig& b, const RigDifferenceOptions& options, RigDifference& result) {
   std::optional<MatchedPair> pair;
   LedDrift drift;
   VolumeDepth depth;
@@ -146,7 +147,7 @@ void compare_leds(const Rig& a, const Rig& b, RigDifference& result) {
     drift.second = on_probe.second;
     break;
   }
-  auto leds = led_difference(a, b, pair, depth);
+  auto leds = led_difference(a, b, pair, depth, options.no_difference_mm);
   if (!leds) return;
   drift.leds = std::move(*leds);
   result.leds = std::move(drift);
@@ -234,7 +235,7 @@ Expected<RigDifference> rig_difference(const Rig& a, const Rig& b, const RigDiff
   const auto pairs = pairs_of(a, matches);
   compare_sensors(a, b, matches, pairs, options, result);
   compare_pairs(a, b, pairs, options, result);
-  compare_leds(a, b, result);
+  compare_leds(a, b, options, result);
   judge(result);
   if (result.tests == 0) {
     return fail("the rigs have no sensors or LEDs in common that can be compared" +

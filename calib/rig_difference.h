@@ -17,7 +17,10 @@
 //
 // The calibrations are taken as independent: of one that went on from the other
 // (calib/start_from_rig.h) the difference is smaller than both uncertainties
-// make it look, and what is significant then is so all the more.
+// make it look, and what is significant then is so all the more. Of one made
+// from a part of the other's views the covariance of the difference is known
+// (calib/fold_differences.h): given to the one rig and none to the other, it is
+// what this compares with.
 #pragma once
 
 #include <string>
@@ -33,6 +36,9 @@ struct RigDifferenceOptions {
   std::optional<VolumeDepth> depth = {};  // else where the sensors' axes come closest
   int columns = 16;                       // of each sensor's grid
   int rows = 12;
+  // Smaller ones count as none.
+  double no_difference_px = kNoDifference_px;
+  double no_difference_mm = kNoDifference_mm;
 };
 
 struct ParameterDrift {

@@ -130,14 +130,14 @@ TwicePoints measured_twice(const Eyes& a, const Eyes& b, const VolumeDepth& dept
 
 // B minus A after a motion of A.
 Differences differences_of(const TwicePoints& points, const Pose& b_from_a, const Eigen::MatrixXd& root_a,
-                           const Eigen::MatrixXd& root_b) {
+                           const Eigen::MatrixXd& root_b, double no_difference_mm) {
   const auto rows = 3 * static_cast<Eigen::Index>(points.a.size());
   const Eigen::Matrix3d turn = b_from_a.rotation.toRotationMatrix();
   Differences d{.dimension = 3,
                 .values = Eigen::VectorXd(rows),
                 .by_frame = {},
                 .root = Eigen::MatrixXd(rows, root_a.cols() + root_b.cols()),
-                .floor = kNoDifference_mm};
+                .floor = no_difference_mm};
   std::vector<Eigen::Vector3d> moved;
   for (std::size_t i = 0; i < points.a.size(); ++i) {
     const auto row = 3 * static_cast<Eigen::Index>(i);
@@ -152,11 +152,11 @@ Differences differences_of(const TwicePoints& points, const Pose& b_from_a, cons
 
 // With the motion that fits best.
 AlignedDifference align(const TwicePoints& points, const Eigen::MatrixXd& root_a, const Eigen::MatrixXd& root_b,
-                        Pose& b_from_a) {
+                        double no_difference_mm, Pose& b_from_a) {
   b_from_a = rigid_fit(points.a, points.b).value_or(Pose{});
   AlignedDifference aligned;
   for (int turn = 0; turn < kAlignments; ++turn) {
-    const Differences differences = differences_of(points, b_from_a, root_a, root_b);
+    const Differences differences = differences_of(points, b_from_a, root_a, root_b, no_difference_mm);
     aligned = aligned_difference(differences);
     if ((differences.by_frame * aligned.motion).cwiseAbs().maxCoeff() < kAligned_mm) break;
     b_from_a = retract({}, -Vector6d(aligned.motion)) * b_from_a;
@@ -200,7 +200,7 @@ std::optional<VolumeDepth> common_depth(const Sensor& first, const Sensor& secon
 }
 
 Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const MatchedPair& pair,
-                                             const VolumeDepth& depth) {
+                                             const VolumeDepth& depth, double no_difference_mm) {
   const Eyes eyes_a{&a, {pair.first_a, pair.second_a}}, eyes_b{&b, {pair.first_b, pair.second_b}};
   const TwicePoints points = measured_twice(eyes_a, eyes_b, depth);
   if (points.a.size() < kLeastPoints) {
@@ -213,11 +213,11 @@ Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const M
   Pose b_from_a;
   const Eigen::MatrixXd root_a = covariance_root(covariance_of(a.covariance, row_names(eyes_a)));
   const Eigen::MatrixXd root_b = covariance_root(covariance_of(b.covariance, row_names(eyes_b)));
-  return VolumeDifference{points.a, align(points, root_a, root_b, b_from_a)};
+  return VolumeDifference{points.a, align(points, root_a, root_b, no_difference_mm, b_from_a)};
 }
 
 std::optional<LedDifference> led_difference(const Rig& a, const Rig& b, const std::optional<MatchedPair>& pair,
-                                            const VolumeDepth& depth) {
+                                            const VolumeDepth& depth, double no_difference_mm) {
   CommonLeds leds = common_leds(a, b);
   if (!span_a_frame(leds.points.a) || !span_a_frame(leds.points.b)) return std::nullopt;
   TwicePoints measured;
@@ -247,13 +247,13 @@ std::optional<LedDifference> led_difference(const Rig& a, const Rig& b, const st
   leds.points.d_a = select(before_a);
   leds.points.d_b = select(before_b);
   Pose b_from_a;
-  LedDifference result{leds.names, align(leds.points, root_a, root_b, b_from_a), {}};
+  LedDifference result{leds.names, align(leds.points, root_a, root_b, no_difference_mm, b_from_a), {}};
   if (measured.a.size() < kLeastPoints) return result;
   for (Eigen::MatrixXd* rows : {&measured.d_a, &measured.d_b}) {
     rows->conservativeResize(Eigen::NoChange, rows->cols() + of_leds);
     rows->rightCols(of_leds).setZero();
   }
-  Differences carried = differences_of(measured, b_from_a, root_a, root_b);
+  Differences carried = differences_of(measured, b_from_a, root_a, root_b, no_difference_mm);
   carried.root -= carried.by_frame * result.mm.root_of_motion;
   carried.by_frame.resize(carried.values.size(), 0);
   result.of_measured = VolumeDifference{measured.a, aligned_difference(carried)};

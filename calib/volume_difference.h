@@ -52,7 +52,7 @@ std::optional<VolumeDepth> common_depth(const Sensor& first, const Sensor& secon
 
 // Fails where the sensors have fewer than a dozen points of the grid in common.
 Expected<VolumeDifference> volume_difference(const Rig& a, const Rig& b, const MatchedPair& pair,
-                                             const VolumeDepth& depth);
+                                             const VolumeDepth& depth, double no_difference_mm = kNoDifference_mm);
 
 struct LedDifference {
   std::vector<std::string> leds;                // of both rigs' probes
@@ -63,6 +63,6 @@ struct LedDifference {
 // None with fewer than three LEDs in common that are not on a line. `pair` is
 // one on the probe.
 std::optional<LedDifference> led_difference(const Rig& a, const Rig& b, const std::optional<MatchedPair>& pair,
-                                            const VolumeDepth& depth);
+                                            const VolumeDepth& depth, double no_difference_mm = kNoDifference_mm);
 
 }  // namespace crumple

@@ -151,7 +151,7 @@ std::vector<BlockId> rig_blocks(const CalibrationData& data, const Calibration& 
   return blocks;
 }
 
-struct TriangulatedPoint {
+struct VolumeSample {
   GridPoint of;
   std::optional<std::size_t> station;
   Eigen::Vector3d position_mm;   // in the world, or in the mount's frame
@@ -159,16 +159,16 @@ struct TriangulatedPoint {
 };
 
 // The grid's points that two sensors or more see, from each of the volume's stations.
-std::vector<TriangulatedPoint> triangulated_points(const CalibrationData& data, const Calibration& calibration,
-                                                   std::size_t camera, const std::vector<GridPoint>& grid,
-                                                   const std::vector<BlockId>& blocks) {
+std::vector<VolumeSample> triangulated_points(const CalibrationData& data, const Calibration& calibration,
+                                              std::size_t camera, const std::vector<GridPoint>& grid,
+                                              const std::vector<BlockId>& blocks) {
   const CalibrationState& state = calibration.bundle.state;
   const Mount mount = state.rig.sensors[camera].mount;
   std::vector<std::optional<std::size_t>> stations{std::nullopt};
   const auto with_leds = volume_stations(data, state.rig);
   if (mount == Mount::probe && !with_leds.empty()) stations.assign(with_leds.begin(), with_leds.end());
   const WeightOf weights = weights_of(calibration);
-  std::vector<TriangulatedPoint> points;
+  std::vector<VolumeSample> points;
   for (const auto& station : stations) {
     for (const GridPoint& of : grid) {
       const Seen seen = seen_point(data, state, mount, of.in_mount, station);
@@ -225,7 +225,7 @@ Expected<VolumePoints> volume_points(const CalibrationData& data, const Calibrat
   names.insert(names.end(), datum.begin(), datum.end());
   const Eigen::MatrixXd covariance = covariance_of(known, names);
   VolumePoints volume{*camera, frame, {}};
-  for (const TriangulatedPoint& point : points) {
+  for (const VolumeSample& point : points) {
     Eigen::MatrixXd against_bodies(3, covariance.cols());
     against_bodies << point.d_parameters, cross_matrix(point.position_mm), -Eigen::Matrix3d::Identity();
     volume.points.push_back({point.of.column, point.of.row, point.of.depth_mm, point.station,

@@ -5,6 +5,7 @@
 #include <gflags/gflags.h>
 
 #include "calib/cross_validate.h"
+#include "calib/fold_differences.h"
 #include "calib/led_layout.h"
 #include "calib/swapped_axes.h"
 #include "calib/verdict.h"
@@ -14,6 +15,7 @@
 #include "cli/calibration_summary.h"
 #include "cli/figures_summary.h"
 #include "cli/flags.h"
+#include "cli/fold_differences_summary.h"
 #include "cli/lens_choice_summary.h"
 #include "cli/next_view_summary.h"
 #include "cli/progress.h"
@@ -32,7 +34,8 @@ DEFINE_string(warp, "auto", "board warp: off, on, or auto: kept where it is sign
 DEFINE_string(projector_from, "auto",
               "what the projector is calibrated from: stripes, chessboard, or auto: all of it that the capture has");
 DEFINE_bool(cross_validate, false,
-            "also leave each board placement out in turn and reconstruct it with the rig of the others");
+            "also calibrate without each fifth of the views in turn and compare; of a probe that stands still, also "
+            "leave each board placement out and reconstruct it with the rig of the others");
 DEFINE_string(
     lens, "",
     "lens model of all sensors, such as LENSMODEL_OPENCV5; auto: chosen by the data; empty: as capture.yaml says");
@@ -125,9 +128,6 @@ Expected<void> check_system_flags(const CalibrationData& data) {
   if (FLAGS_lens == "auto") {
     return fail("--lens=auto takes no trackers: choose with --sensors=..., the probe's or the trackers' alone");
   }
-  if (FLAGS_cross_validate) {
-    return fail("--cross_validate takes no trackers: cross-validate the probe alone with --sensors=...");
-  }
   return {};
 }
 
@@ -181,11 +181,14 @@ Expected<void> add_suggestions(const CalibrationData& data, const Calibration& c
   return {};
 }
 
-// With what the LEDs' drawing tells.
+// With what the LEDs' drawing and cross-validation tell.
 Verdict full_verdict(const Capture& capture, const CalibrationData& data, const CalibrationOptions& options,
-                     const Calibration& calibration) {
+                     const Calibration& calibration, const std::optional<FoldDifferences>& folds) {
   Verdict verdict = judge(data, calibration, thread_count());
   std::vector<std::string>& reasons = verdict.reasons;
+  if (folds) {
+    for (const std::string& said : reasons_of(*folds)) reasons.push_back(said);
+  }
   if (const auto swapped = find_swapped_axes(data, options, &calibration)) {
     reasons.insert(reasons.begin(), *swapped);
     verdict.rejected = true;
@@ -197,12 +200,23 @@ Verdict full_verdict(const Capture& capture, const CalibrationData& data, const 
   return verdict;
 }
 
-// --cross_validate, into the result too.
+// --cross_validate.
+Expected<std::optional<FoldDifferences>> folds_by_flag(const CalibrationData& data, const Calibration& calibration) {
+  if (!FLAGS_cross_validate) return std::optional<FoldDifferences>();
+  Progress progress("cross-validating", fold_steps(data.observations, calibration));
+  auto folds = fold_differences(data, calibration, thread_count(), [&progress] { progress.advance(); });
+  if (!folds) return tl::unexpected(folds.error());
+  return std::optional(std::move(*folds));
+}
+
+// Of a probe that stands still, into the result too.
 Expected<std::optional<CrossValidation>> cross_validation_by_flag(const CalibrationInput& input,
                                                                   const CalibrationOptions& options,
                                                                   VerbResult& result) {
-  if (!FLAGS_cross_validate) return std::optional<CrossValidation>();
-  Progress progress("cross-validating", input.stripes.size());
+  if (!FLAGS_cross_validate || input.stripes.empty() || !input.data.station_names.empty()) {
+    return std::optional<CrossValidation>();
+  }
+  Progress progress("reconstructing boards left out", input.stripes.size());
   auto validation = cross_validate(input.data, input.stripes, options, {}, [&progress] { progress.advance(); });
   if (!validation) return tl::unexpected(validation.error());
   result.document["cross_validation"] = cross_validation_summary(*validation);
@@ -240,7 +254,9 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
     const std::string said = calibration.error().message + (swapped ? "\n" + *swapped : "");
     return fail(explained(said, *capture, input->skipped));
   }
-  const Verdict verdict = full_verdict(*capture, input->data, *options, *calibration);
+  const auto folds = folds_by_flag(input->data, *calibration);
+  if (!folds) return tl::unexpected(folds.error());
+  const Verdict verdict = full_verdict(*capture, input->data, *options, *calibration, *folds);
 
   VerbResult result;
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
@@ -252,6 +268,10 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   }
   const auto figures = calibration_figures(input->data, *calibration, thread_count());
   result.document.update(figures_summary(figures, *calibration));
+  if (*folds) {
+    result.document["folds"] = fold_differences_summary(**folds);
+    result.text += fold_differences_text(**folds);
+  }
   const auto validation = cross_validation_by_flag(*input, *options, result);
   if (!validation) return tl::unexpected(validation.error());
   if (auto added = add_suggestions(input->data, *calibration, result); !added) return tl::unexpected(added.error());
@@ -277,8 +297,8 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   const auto record = record_of_run(context, inputs);
   if (!record) return tl::unexpected(record.error());
   if (FLAGS_report) {
-    const CalibrationReport report{*capture,       *calibration, verdict, figures,
-                                   input->skipped, *validation,  *record, command_line(context)};
+    const CalibrationReport report{
+        *capture, *calibration, verdict, figures, input->skipped, *folds, *validation, *record, command_line(context)};
     if (auto done = write_calibration_report(report, *folder); !done) return tl::unexpected(done.error());
   }
   if (auto done = commit_with_record(*folder, *record); !done) return tl::unexpected(done.error());

@@ -49,7 +49,7 @@ Expected<std::string> calibration_report_html(const CalibrationReport& report) {
   body += sensor_sections(report, figures);
   if (report.figures.volume) body += volume_section(*report.figures.volume, report.calibration);
   body += correlation_section(report.figures.correlated);
-  if (report.validation) body += validation_section(*report.validation);
+  body += validation_section(report.folds, report.validation);
   body += rig_section(report.calibration.bundle.state, figures);
   body += inputs_section(report.record, report.command);
   return figures.fill(html_page("Calibration report: " + report.capture.title, body));

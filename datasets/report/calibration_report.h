@@ -8,6 +8,7 @@
 
 #include "calib/calibration_figures.h"
 #include "calib/cross_validate.h"
+#include "calib/fold_differences.h"
 #include "calib/skipped_view.h"
 #include "calib/verdict.h"
 #include "datasets/capture.h"
@@ -23,7 +24,8 @@ struct CalibrationReport {
   const Verdict& verdict;
   const CalibrationFigures& figures;
   const std::vector<SkippedView>& skipped;
-  const std::optional<CrossValidation>& validation;
+  const std::optional<FoldDifferences>& folds;
+  const std::optional<CrossValidation>& validation;  // of boards left out
   const RunRecord& record;
   std::string command;  // as it was typed
 };

@@ -1,12 +1,16 @@
-// Board placements measured with rigs that had not seen them.
+// What changes where views are left out, and board placements measured with rigs that had not seen them.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "calib/cross_validate.h"
+#include "calib/fold_differences.h"
 
 namespace crumple {
 
-std::string validation_section(const CrossValidation& validation);
+// Empty where neither was asked for.
+std::string validation_section(const std::optional<FoldDifferences>& folds,
+                               const std::optional<CrossValidation>& boards);
 
 }  // namespace crumple

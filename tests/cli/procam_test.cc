@@ -19,7 +19,8 @@ TEST(CalibrateVerb, ProcamCrossValidation) {
       run_program("calibrate '" CRUMPLE_SOURCE_DIR "/datasets/examples/procam.yaml' --images='" + images->string() +
                   "' --cross_validate --json --out='" + (home / "rig").string() + "'");
   ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
-  const json figures = json::parse(run.out)["cross_validation"];
+  const json document = json::parse(run.out);
+  const json figures = document["cross_validation"];
   // OpenCV's peers with integer codes: 1.941, 0.751 and 1.041; zero crossings with its calibration: 0.45.
   EXPECT_LE(figures["dense_plane_rms_mm"], 0.40);
   EXPECT_LE(figures["corner_plane_rms_mm"], 0.75);
@@ -29,6 +30,8 @@ TEST(CalibrateVerb, ProcamCrossValidation) {
     EXPECT_GE(placement["kept_of_white"], 0.95);
     EXPECT_LE(placement["trimmed_share"], 0.01);
   }
+  EXPECT_EQ(document["folds"]["folds"].size(), 5U);
+  EXPECT_EQ(document["folds"]["quantities"].size(), 3U);  // camera, projector, both
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ class TrackedSystem {
                               "/tests/data/scenes/tracked.yaml' --nodepth_maps --out='" +
                               capture() + "'")),
         calibrated_(run_program("calibrate '" + capture() + "/capture.yaml' --truth='" + capture() +
-                                "/truth' --starts --nooverlays --json --out='" + rig() + "'")) {}
+                                "/truth' --starts --cross_validate --nooverlays --json --out='" + rig() + "'")) {}
 
   TemporaryFolder home_;
   ProgramRun rendered_;

@@ -25,10 +25,12 @@ std::string report_of_made_system(int threads) {
   const std::vector<SkippedView> skipped{{"7", "cam0", "too dark <10 %", true}};
   const std::optional<CrossValidation> validation =
       CrossValidation{{{.station = "placement_1", .points = 17}}, {.station = "mean", .points = 17}};
+  const std::optional<FoldDifferences> folds = FoldDifferences{
+      {{{"a", "<b>"}, ""}, {{"c"}, "too <few>"}}, {{.name = "cam<0>", .unit = "px", .ratio = 1.25}}, {}};
   const RunRecord record{"1.2.3", "calibrate", "2024-05-06", {{"out", "rig"}}, {}, {{"capture.yaml", 3, "ab12"}}};
   const CalibrationFigures figures = calibration_figures(data, calibration, threads);
   const auto html = calibration_report_html(
-      {capture, calibration, verdict, figures, skipped, validation, record, "crumple calibrate capture.yaml"});
+      {capture, calibration, verdict, figures, skipped, folds, validation, record, "crumple calibrate capture.yaml"});
   return html ? *html : html.error().message;
 }
 
@@ -42,6 +44,8 @@ TEST(CalibrationReport, TheSameBitsAtAnyNumberOfThreads) {
   EXPECT_THAT(html, HasSubstr("too dark &lt;10 %"));
   EXPECT_THAT(html, HasSubstr("The scale's uncertainty is unknown"));
   EXPECT_THAT(html, HasSubstr("placement_1"));
+  EXPECT_THAT(html, HasSubstr("cam&lt;0&gt;"));
+  EXPECT_THAT(html, HasSubstr("without c nothing is compared: too &lt;few&gt;"));
   EXPECT_THAT(html, HasSubstr("Points in the measuring volume"));
   EXPECT_THAT(html, HasSubstr("ab12"));
   EXPECT_THAT(html, Not(HasSubstr("<!--plot")));

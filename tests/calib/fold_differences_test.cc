@@ -1,0 +1,112 @@
+#include "calib/fold_differences.h"
+
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/accepted_observations.h"
+#include "tests/calib/made_lens.h"
+#include "tests/calib/made_system_data.h"
+
+namespace crumple {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const CalibrationOptions kFlatBoards{.warp = WarpChoice::off};
+
+FoldDifferences folds_of(const CalibrationData& data) {
+  const auto calibration = calibrate(data, kFlatBoards);
+  if (!calibration) throw std::runtime_error(calibration.error().message);
+  auto folds = fold_differences(data, *calibration, 1, [] {});
+  if (!folds) throw std::runtime_error(folds.error().message);
+  return std::move(*folds);
+}
+
+// Noise alone changes things by what is expected. Where one direction is known much less than others a ratio scatters
+// by half its size, but not its probability; that of the LEDs, a dozen numbers in each of five folds, is close to one.
+TEST(FoldDifferences, AreAsLargeAsExpectedFromNoiseAlone) {
+  constexpr unsigned kCampaigns = 6;
+  int compared = 0, unlikely = 0;
+  double of_leds = 0;
+  for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
+    const FoldDifferences folds =
+        folds_of(data_of(make_system({.stations = 12, .tracker_placements = 8, .seed = seed})));
+    EXPECT_EQ(folds.folds.size(), 5u);
+    EXPECT_THAT(folds.folds[0].left_out,
+                ElementsAre("placement_1", "placement_6", "station_0", "station_5", "station_10"));
+    EXPECT_THAT(reasons_of(folds), IsEmpty()) << seed;
+    std::vector<std::string> names;
+    for (const FoldedQuantity& quantity : folds.quantities) {
+      names.push_back(quantity.name);
+      ++compared;
+      if (quantity.probability < 0.05) ++unlikely;
+      if (quantity.name == "LEDs") of_leds += quantity.ratio * quantity.ratio / kCampaigns;
+    }
+    EXPECT_THAT(names, ElementsAre("cam0", "proj0", "track0", "track1", "cam0 proj0", "track0 track1", "LEDs",
+                                   "LEDs against cam0 proj0"));
+  }
+  EXPECT_LE(unlikely, compared / 8);
+  EXPECT_GT(of_leds, 0.6);
+  EXPECT_LT(of_leds, 1.5);
+}
+
+// Three views of twelve through a lens refocused by 2 %: sigma and inflation take up most of the misfit of each view,
+// and the views' contradiction shows. What is left of a lens that a poor model blurs for all views alike, they take up
+// whole.
+TEST(FoldDifferences, NameTheViewsOfALensThatWasRefocused) {
+  const std::vector<double> terms{700, 705, 515, 380, -0.25, 0.12, 4e-4, -3e-4, -0.03};
+  std::vector<double> longer = terms;
+  for (const std::size_t focal : {0, 1}) longer[focal] *= 1.02;
+  const auto seen_by = [](const std::vector<double>& parameters, const char* model) {
+    return made_lens(Lens::create("LENSMODEL_OPENCV5", {1024, 768}, parameters).value(), model, 0.1, 1).data;
+  };
+  CalibrationData data = seen_by(terms, "LENSMODEL_OPENCV5");
+  EXPECT_THAT(reasons_of(folds_of(data)), IsEmpty());
+  const CalibrationData refocused = seen_by(longer, "LENSMODEL_OPENCV5");
+  for (const std::size_t placement : {1, 6, 11}) {
+    data.observations.corners[placement] = refocused.observations.corners[placement];
+  }
+  EXPECT_THAT(reasons_of(folds_of(data)), ElementsAre(HasSubstr("without p1, p6, p11 what cam0 sees")));
+  const FoldDifferences blurred = folds_of(seen_by(terms, "LENSMODEL_PINHOLE"));
+  EXPECT_THAT(reasons_of(blurred), IsEmpty());
+  EXPECT_GT(blurred.quantities.at(0).rms, 1);
+  EXPECT_LT(blurred.quantities.at(0).ratio, 2);
+}
+
+TEST(FoldDifferences, WantThreeOfAKind) {
+  const Lens lens = Lens::create("LENSMODEL_PINHOLE", {1024, 768}, {700, 705, 515, 380}).value();
+  CalibrationData data = made_lens(lens, "LENSMODEL_PINHOLE", 0.1, 1).data;
+  const auto calibration = calibrate(data, kFlatBoards);
+  ASSERT_TRUE(calibration) << calibration.error().message;
+  EXPECT_EQ(fold_steps(data.observations, *calibration), 6u);
+  std::erase_if(data.observations.corners, [](const CornerView& view) { return view.placement > 1; });
+  EXPECT_EQ(fold_steps(data.observations, *calibration), 0u);
+  const auto refused = fold_differences(data, *calibration, 1, [] {});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("three stations"));
+}
+
+TEST(AcceptedObservations, KeepWhatTheMaskSaysAndDropEmptyViews) {
+  Observations all;
+  all.placement_count = 3;
+  all.corners = {{0, 0, {4, 5, 6}, {{1, 2}, {3, 4}, {5, 6}}}, {0, 1, {7}, {{7, 8}}}};
+  all.stripes = {{0, 1, 2, Eigen::Vector2d::UnitY(), {{1, 1}, {2, 2}}, {10, 20}, 3}};
+  all.leds = {{2, {0, 1}, {{5, 5}, {6, 6}}, 4}};
+  const Observations kept = accepted_observations(all, {{1, 0, 1}, {0}, {0, 1}, {1, 0}});
+  EXPECT_EQ(kept.placement_count, 3u);
+  ASSERT_EQ(kept.corners.size(), 1u);
+  EXPECT_THAT(kept.corners[0].corners, ElementsAre(4, 6));
+  EXPECT_THAT(kept.corners[0].pixels, ElementsAre(Eigen::Vector2d(1, 2), Eigen::Vector2d(5, 6)));
+  EXPECT_THAT(kept.stripes.at(0).coordinates_px, ElementsAre(20));
+  EXPECT_THAT(kept.stripes.at(0).camera_pixels, ElementsAre(Eigen::Vector2d(2, 2)));
+  EXPECT_EQ(kept.stripes[0].station, 3u);
+  EXPECT_THAT(kept.leds.at(0).leds, ElementsAre(0u));
+  EXPECT_EQ(kept.leds[0].station, 4u);
+}
+
+}  // namespace
+}  // namespace crumple
