@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "calib/rig_difference.h"
 #include "calib/whitened_view.h"
 #include "solvers/decompositions.h"
+#include "solvers/distribution_tails.h"
 #include "solvers/normal_equations.h"
 #include "solvers/rig_covariance.h"
 #include "solvers/square_root.h"
@@ -29,6 +31,8 @@ constexpr double kMuch = 2;           // times what is expected
 // Differences are compared a hundred times smaller than they are, covariances and floors likewise: what a pixel's
 // change in one direction is to second order would be much in another that is known better.
 constexpr double kShrunk = 0.01;
+constexpr double kNoDifference =
+    0.1;  // of what counts as none between two rigs; differences here are exact to first order
 constexpr std::size_t kNamesToTell = 4;  // of what a fold leaves out
 
 // What is left out as a whole: a station with all that is seen there, or a placement seen without one.
@@ -54,7 +58,8 @@ std::vector<std::optional<Unit>> units_of_views(const Observations& observations
   return units;
 }
 
-// Units whose pose was estimated: one that holds the frame stays.
+// Units whose pose was estimated: one that holds the frame stays. Every fifth one, and fifths in a row: what changed in
+// the course of a campaign is spread evenly over the former.
 std::vector<std::set<Unit>> folds_of(const Observations& observations, const Parameters& parameters) {
   std::map<bool, std::set<Unit>> kinds;  // by Unit::station
   for (const auto& unit : units_of_views(observations)) {
@@ -62,14 +67,22 @@ std::vector<std::set<Unit>> folds_of(const Observations& observations, const Par
     const BlockId pose{unit->station ? BlockId::Kind::station : BlockId::Kind::placement, unit->index};
     if (parameters.estimated(pose)) kinds[unit->station].insert(*unit);
   }
-  std::vector<std::set<Unit>> folds(kFolds);
+  std::vector<std::set<Unit>> folds(2 * kFolds);
   for (const auto& [station, units] : kinds) {
     if (units.size() < kFewest) continue;
     std::size_t dealt = 0;
-    for (const Unit& unit : units) folds[dealt++ % kFolds].insert(unit);
+    for (const Unit& unit : units) {
+      folds[dealt % kFolds].insert(unit);
+      folds[kFolds + dealt * kFolds / units.size()].insert(unit);
+      ++dealt;
+    }
   }
-  std::erase_if(folds, [](const std::set<Unit>& fold) { return fold.empty(); });
-  return folds;
+  std::vector<std::set<Unit>> different;
+  for (const std::set<Unit>& fold : folds) {
+    if (!fold.empty() && std::find(different.begin(), different.end(), fold) == different.end())
+      different.push_back(fold);
+  }
+  return different;
 }
 
 std::vector<std::string> names_of(const std::set<Unit>& fold, const CalibrationData& data) {
@@ -110,6 +123,7 @@ class Parts {
       numbers.push_back(v);
     }
     const Parameters parameters(state, views, held_);
+    if (const auto seen = check_seen(parameters); !seen) return tl::unexpected(seen.error());
     const NormalEquations::Evaluate evaluate = [&](std::size_t i, ViewEvaluation& at) {
       return whitened_view(calibration_, *views[i], numbers[i], at);
     };
@@ -125,15 +139,36 @@ class Parts {
     }
     const auto covariance = JointCovariance::create(*equations, state, square_root);
     if (!covariance) return tl::unexpected(covariance.error());
-    const auto step = equations->solve(0, threads_);
-    if (!step) return fail("its views do not determine the rig to the digits computed with");
-    Rig rig = moved(state, parameters, kShrunk * step->tangent).rig;
+    Rig rig = moved(state, parameters, kShrunk * step(*equations, *covariance)).rig;
     rig.covariance = covariance->of_rig_and({});
     rig.covariance.matrix *= kShrunk * kShrunk;
     return rig;
   }
 
  private:
+  // Of the common parameters, by the covariance, which is good where the equations are too near to singular to be
+  // solved.
+  static Eigen::VectorXd step(const NormalEquations& equations, const JointCovariance& covariance) {
+    Eigen::VectorXd gradient = equations.common_gradient();
+    for (std::size_t p = 0; p < equations.eliminated().size(); ++p) {
+      gradient -= covariance.gain(p) * equations.eliminated()[p].gradient;
+    }
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(equations.parameters().size());
+    step.head(gradient.size()) = -covariance.common() * gradient;
+    return step;
+  }
+
+  // Of the rig, estimated from all views; the part would hold it where they put it.
+  Expected<void> check_seen(const Parameters& parameters) const {
+    const JointCovariance& all = calibration_.bundle.covariance;
+    for (const BlockId& block : all.parameters().common_blocks()) {
+      if (block.is_pose() || parameters.estimated(block)) continue;
+      return fail(
+          fmt::format("nothing is left that tells {}", parameter_names(block, calibration_.bundle.state).front()));
+    }
+    return {};
+  }
+
   const Calibration& calibration_;
   const Observations& observations_;
   std::vector<std::optional<Unit>> units_;
@@ -158,13 +193,23 @@ Expected<RigDifference> nested_difference(Rig whole, Rig part) {
   const Eigen::VectorXd sigmas = of_part.matrix.diagonal().cwiseSqrt();
   of_part.matrix = positive_part(of_part.matrix - covariance_of(all, of_part.names), sigmas);
   whole.covariance.matrix.setZero();
-  return rig_difference(
-      whole, part, {.no_difference_px = kShrunk * kNoDifference_px, .no_difference_mm = kShrunk * kNoDifference_mm});
+  return rig_difference(whole, part,
+                        {.no_difference_px = kNoDifference * kShrunk * kNoDifference_px,
+                         .no_difference_mm = kNoDifference * kShrunk * kNoDifference_mm});
 }
 
-// Gathers the folds' differences.
+// Of the variance that is known least.
+double least_freedom(const VarianceEstimates& variances) {
+  double freedom = std::numeric_limits<double>::infinity();
+  for (const double half : variances.half_relative_covariance.diagonal()) freedom = std::min(freedom, 1 / half);
+  return freedom;
+}
+
+// Gathers the folds' differences. `freedom` is that of the variances.
 class Gathered {
  public:
+  explicit Gathered(double freedom) : freedom_(freedom) {}
+
   void add(std::size_t fold, const RigDifference& difference) {
     ++folds_;
     for (const SensorDrift& sensor : difference.sensors) add(fold, sensor.sensor, "px", sensor.projection.px);
@@ -195,7 +240,7 @@ class Gathered {
   };
 
   void add(std::size_t fold, const std::string& name, const std::string& unit, const AlignedDifference& d) {
-    if (d.degrees == 0) return;  // the fold's views say nothing of it
+    if (!(d.expected_rms() > 0)) return;  // the fold's views say nothing of it
     const auto found = std::find_if(quantities_.begin(), quantities_.end(),
                                     [&](const FoldedQuantity& quantity) { return quantity.name == name; });
     const auto at = static_cast<std::size_t>(found - quantities_.begin());
@@ -206,13 +251,18 @@ class Gathered {
     sums_[at].square += std::pow(d.rms() / kShrunk, 2);
     sums_[at].expected_square += std::pow(d.expected_rms() / kShrunk, 2);
     ++sums_[at].count;
+    // Where all that is expected is below what counts as none.
+    const bool below = d.degrees == 0;
+    const double ratio = below ? d.rms() / std::max(d.floor, d.expected_rms()) : std::sqrt(d.statistic / d.degrees);
+    const double probability = below ? (ratio > kMuch ? 0 : 1) : f_tail(ratio * ratio, d.degrees, freedom_);
     FoldedQuantity& quantity = quantities_[at];
-    if (sums_[at].count > 1 && d.probability >= quantity.probability) return;
-    quantity.probability = d.probability;
+    if (sums_[at].count > 1 && probability >= quantity.probability) return;
+    quantity.probability = probability;
     quantity.clearest = fold;
-    quantity.clearest_ratio = d.rms() / d.expected_rms();
+    quantity.clearest_ratio = ratio;
   }
 
+  double freedom_;
   std::vector<FoldedQuantity> quantities_;
   std::vector<Sums> sums_;
   int folds_ = 0;
@@ -242,7 +292,7 @@ Expected<FoldDifferences> fold_differences(const CalibrationData& data, const Ca
   report();
   if (!whole) return tl::unexpected(whole.error());
   FoldDifferences result;
-  Gathered gathered;
+  Gathered gathered(least_freedom(calibration.variances));
   std::set<std::string> not_compared;
   for (const std::set<Unit>& fold : folds) {
     const auto part = parts.without(fold);
@@ -258,7 +308,7 @@ Expected<FoldDifferences> fold_differences(const CalibrationData& data, const Ca
   if (result.quantities.empty()) {
     const Fold& first = result.folds.front();
     return fail(fmt::format("cross-validation compares nothing: without {}: {}", some_of(first.left_out),
-                            first.not_done.empty() ? "no sensor is left to compare" : first.not_done));
+                            first.not_done.empty() ? "the views left out tell nothing" : first.not_done));
   }
   return result;
 }
@@ -279,13 +329,11 @@ std::vector<std::string> reasons_of(const FoldDifferences& differences) {
     const double by_chance = quantity.probability * static_cast<double>(differences.quantities.size());
     if (!(quantity.clearest_ratio > kMuch && by_chance < kFalseAlarm)) continue;
     reasons.push_back(fmt::format(
-        "cross-validation: without {} {} changes by {:.1f} times what its uncertainty says, over all folds by {:.1f}: "
-        "look at these views (a lens that was refocused? a board that was bent?) and at the lens models; until then "
-        "take the "
-        "uncertainty as that much larger",
+        "cross-validation: without {} {} changes by {:.1f} times what its uncertainty says: look at these views (a "
+        "lens "
+        "that was refocused? a board that was bent? something that moved?)",
         some_of(differences.folds[quantity.clearest].left_out),
-        quantity.unit == "px" ? "what " + quantity.name + " sees" : quantity.name, quantity.clearest_ratio,
-        quantity.ratio));
+        quantity.unit == "px" ? "what " + quantity.name + " sees" : quantity.name, quantity.clearest_ratio));
   }
   return reasons;
 }

@@ -1,16 +1,17 @@
 // Does a calibration hang on which views it was made from by more than its uncertainty says? K-fold cross-validation of
 // the whole rig, of a probe that stands still as of a tracked one.
 //
-// Stations of the probe are dealt out into five folds (fewer where there are fewer), every fifth one into each, and so
-// are placements seen without a station. Each fold in turn is left out, everything refined again, to first order and
+// Stations of the probe are dealt out into folds, every fifth one into each and once more fifths in a row, and so are
+// placements seen without a station. Each fold in turn is left out, everything refined again, to first order and
 // with the calibration's own sigmas and outliers, and the rig compared with that of all views (calib/rig_difference.h):
 // what each sensor sees, what pairs measure, where LEDs are. Least squares on a part of the data differs from that on
 // all of them by C_part - C_all, which is what is expected (Hausman, Econometrica 46, 1978: the efficient estimate does
-// not correlate with the difference). Noise that is as independent as the weights say makes
-// RMS and expected RMS alike, their ratio 1. A lens model that does not describe the lens, a board that moved, errors
-// that views have in common make the ratio larger: then the stated uncertainty is too small, by about that factor.
+// not correlate with the difference). Noise that is as independent as the weights say makes RMS and expected RMS alike,
+// their ratio 1. Views that contradict each other make the ratio larger: a lens that was refocused, a board that was
+// bent, something that moved. Then the stated uncertainty is too small, by about that factor. A ratio of 1 says nothing
+// of errors that all views have in common, such as a wrong pitch, or a lens model that is wrong for all views alike.
 //
-// A fold that leaves something undetermined is not compared, and says so.
+// A fold that leaves something undetermined or unseen is not compared, and says so.
 #pragma once
 
 #include <functional>
@@ -33,9 +34,11 @@ struct FoldedQuantity {
   double rms = 0;           // of the change, over points and folds
   double expected_rms = 0;  // that noise alone would make
   double ratio = 0;
-  double probability = 1;  // of the clearest fold's change from noise alone, times the number of folds; at most 1
+  // Of the clearest fold's change from noise alone (F; as if all sigmas were known as badly as the one known worst),
+  // times the number of folds; at most 1.
+  double probability = 1;
   std::size_t clearest = 0;
-  double clearest_ratio = 0;  // of that fold
+  double clearest_ratio = 0;  // of that fold, each direction over its own sigma
 };
 
 struct FoldDifferences {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -214,12 +215,27 @@ void add_weighting(const Observations& observations, const BundleOptions& option
     }
   }
   double gated = 0;
-  for (std::size_t i = 0; options.reject_outliers && i < components.size(); ++i) {
-    const View::Kind kind = calibration.bundle.groups[components[i].groups.front()].kind;
-    const double cost = cost_of_gate(View::dimension_of(kind), options.gate) * components[i].coordinates /
-                        components[i].redundancy / calibration.inflation.of(kind);
-    sum += cost * n[i].common;
+  const auto add_gate = [&](const std::vector<std::size_t>& groups, const Information& information) {
+    double coordinates = 0, redundancy = 0;
+    const View::Kind kind = calibration.bundle.groups[groups.front()].kind;
+    for (const std::size_t g : groups) {
+      const GroupSummary& group = calibration.bundle.groups[g];
+      coordinates += static_cast<double>(group.observations - group.outliers) * View::dimension_of(kind);
+      redundancy += group.redundancy;
+    }
+    if (!(redundancy > 0)) return;
+    const double cost = cost_of_gate(View::dimension_of(kind), options.gate) * coordinates / redundancy /
+                        calibration.inflation.of(kind);
+    sum += cost * information.common;
     gated += cost;
+  };
+  std::set<std::size_t> estimated;
+  for (std::size_t i = 0; options.reject_outliers && i < components.size(); ++i) {
+    add_gate(components[i].groups, n[i]);
+    estimated.insert(components[i].groups.begin(), components[i].groups.end());
+  }
+  for (std::size_t g = 0; options.reject_outliers && g < calibration.bundle.groups.size(); ++g) {
+    if (!estimated.contains(g)) add_gate({g}, informations.of({g}));
   }
   VarianceEstimates& estimates = calibration.variances;
   estimates.of_group.resize(calibration.bundle.groups.size());
@@ -240,7 +256,7 @@ void add_weighting(const Observations& observations, const BundleOptions& option
     sum += 4 / component.degrees_of_freedom * (of_kind.common - product(of_kind, of_kind, covariance));
   }
   if (size == 0) return;
-  // No part of information exceeds the whole, so that no term exceeds a quarter of its factor.
+  // No part of information exceeds the whole: no term exceeds a quarter of its factor, the gate's none of theirs.
   const double most = estimates.half_relative_covariance.cwiseAbs().sum() + gated;
   const Eigen::MatrixXd root = root_of(covariance.common());
   covariance.widen(root * clipped(root.transpose() * sum * root, 0, most) * root.transpose());

@@ -155,7 +155,8 @@ Expected<Linearisation> linearise(const Views& views, const std::vector<ViewWeig
 struct Gates {
   Gates(int dimension, double gate, double variance_freedom)
       : freedom(variance_freedom),
-        counted{gate_for(1, gate, freedom - dimension), gate_for(2, gate, freedom - dimension)},
+        counted{gate_for(1, gate, std::max(1.0, freedom - dimension)),
+                gate_for(2, gate, std::max(1.0, freedom - dimension))},
         left_out{gate_for(1, gate, freedom), gate_for(2, gate, freedom)} {}
 
   double freedom;
@@ -180,12 +181,16 @@ void gate_outliers(const Views& views, const Linearisation& at, const std::map<G
     for (int i = 0; i < views[v]->size(); ++i) {
       char& inlier = weights[v].inlier[static_cast<std::size_t>(i)];
       if (!inlier && !readmit) continue;
-      const StandardisedSquare square =
-          standardised_square(at.residuals_px[v].segment(d * i, d) / weights[v].sigma_px,
-                              at.hats[v][static_cast<std::size_t>(i)], inlier != 0, dispensable.reads(v, i));
+      const Eigen::VectorXd whitened = at.residuals_px[v].segment(d * i, d) / weights[v].sigma_px;
+      const Eigen::Matrix2d& hat = at.hats[v][static_cast<std::size_t>(i)];
+      const StandardisedSquare square = standardised_square(whitened, hat, inlier != 0, dispensable.reads(v, i));
       const auto which = static_cast<std::size_t>(square.freedom - 1);
-      inlier = inlier ? without_itself(square.value, d, of_group.freedom) <= of_group.counted[which]
-                      : square.value <= of_group.left_out[which];
+      if (inlier) {
+        const double without = without_itself(square.value, whitened.squaredNorm(), d - hat.trace(), of_group.freedom);
+        inlier = without <= of_group.counted[which];
+      } else {
+        inlier = square.value <= of_group.left_out[which];
+      }
     }
   }
 }
@@ -307,7 +312,6 @@ Groups summarise_groups(const Views& views, const Linearisation& at, const std::
     const auto known = known_sigma(state.rig, key, options);
     if (known && !options.estimate_known_sigmas) {
       group.sigma_px = *known;
-      group.sigma_estimated = false;
       continue;
     }
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;

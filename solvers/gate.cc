@@ -25,10 +25,10 @@ double gate_for(int dimension, double gate, double freedom) {
   return low;
 }
 
-double without_itself(double square, int dimension, double freedom) {
+double without_itself(double square, double own_square, double own_freedom, double freedom) {
   if (std::isinf(freedom)) return square;
-  if (!(square < freedom)) return std::numeric_limits<double>::infinity();
-  return square * std::max(0.0, freedom - dimension) / (freedom - square);
+  if (!(own_square < freedom)) return std::numeric_limits<double>::infinity();
+  return square * std::max(0.0, freedom - own_freedom) / (freedom - own_square);
 }
 
 double kept_variance(int dimension, double gate) {

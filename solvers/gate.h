@@ -13,9 +13,11 @@ namespace crumple {
 double gate_for(int dimension, double gate, double freedom = std::numeric_limits<double>::infinity());
 
 // A standardised square of an observation that took part in the estimate of its variance, of `freedom` degrees, as if
-// it had not: it is then tested alike whether it counts or not (internally to externally studentised; Cook & Weisberg,
-// Residuals and Influence in Regression, 1982, section 2.2.1). Infinite where it is all that the variance was told by.
-double without_itself(double square, int dimension, double freedom);
+// it had not, so that it is tested as it would be were it left out (internally to externally studentised; Cook &
+// Weisberg, Residuals and Influence in Regression, 1982, section 2.2.1). `own_square` and `own_freedom` are its part of
+// the sum of squares, over the variance, and of the freedom. Without it the others' squares become smaller too, which
+// is left out: one on the gate's edge stays where it is. Infinite where the variance was told by it alone.
+double without_itself(double square, double own_square, double own_freedom, double freedom);
 
 // The variance left, of one, in a chi-square distribution of 1 or 2 dimensions cut at its gate.
 double kept_variance(int dimension, double gate);

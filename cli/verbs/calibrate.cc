@@ -200,13 +200,20 @@ Verdict full_verdict(const Capture& capture, const CalibrationData& data, const 
   return verdict;
 }
 
-// --cross_validate.
-Expected<std::optional<FoldDifferences>> folds_by_flag(const CalibrationData& data, const Calibration& calibration) {
-  if (!FLAGS_cross_validate) return std::optional<FoldDifferences>();
+// --cross_validate. Where it cannot be had that is said, and the calibration goes without it.
+std::optional<FoldDifferences> folds_by_flag(const CalibrationData& data, const Calibration& calibration,
+                                             VerbResult& result) {
+  if (!FLAGS_cross_validate) return std::nullopt;
   Progress progress("cross-validating", fold_steps(data.observations, calibration));
   auto folds = fold_differences(data, calibration, thread_count(), [&progress] { progress.advance(); });
-  if (!folds) return tl::unexpected(folds.error());
-  return std::optional(std::move(*folds));
+  if (folds) {
+    result.document["folds"] = fold_differences_summary(*folds);
+    result.text = fold_differences_text(*folds);
+    return std::move(*folds);
+  }
+  result.document["folds"] = {{"not_done", folds.error().message}};
+  result.text = folds.error().message + "\n";
+  return std::nullopt;
 }
 
 // Of a probe that stands still, into the result too.
@@ -254,9 +261,9 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
     const std::string said = calibration.error().message + (swapped ? "\n" + *swapped : "");
     return fail(explained(said, *capture, input->skipped));
   }
-  const auto folds = folds_by_flag(input->data, *calibration);
-  if (!folds) return tl::unexpected(folds.error());
-  const Verdict verdict = full_verdict(*capture, input->data, *options, *calibration, *folds);
+  VerbResult of_folds;
+  const auto folds = folds_by_flag(input->data, *calibration, of_folds);
+  const Verdict verdict = full_verdict(*capture, input->data, *options, *calibration, folds);
 
   VerbResult result;
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
@@ -268,10 +275,8 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   }
   const auto figures = calibration_figures(input->data, *calibration, thread_count());
   result.document.update(figures_summary(figures, *calibration));
-  if (*folds) {
-    result.document["folds"] = fold_differences_summary(**folds);
-    result.text += fold_differences_text(**folds);
-  }
+  result.document.update(of_folds.document);
+  result.text += of_folds.text;
   const auto validation = cross_validation_by_flag(*input, *options, result);
   if (!validation) return tl::unexpected(validation.error());
   if (auto added = add_suggestions(input->data, *calibration, result); !added) return tl::unexpected(added.error());
@@ -297,8 +302,8 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   const auto record = record_of_run(context, inputs);
   if (!record) return tl::unexpected(record.error());
   if (FLAGS_report) {
-    const CalibrationReport report{
-        *capture, *calibration, verdict, figures, input->skipped, *folds, *validation, *record, command_line(context)};
+    const CalibrationReport report{*capture, *calibration,         verdict, figures, input->skipped, folds, *validation,
+                                   *record,  command_line(context)};
     if (auto done = write_calibration_report(report, *folder); !done) return tl::unexpected(done.error());
   }
   if (auto done = commit_with_record(*folder, *record); !done) return tl::unexpected(done.error());

@@ -35,11 +35,12 @@ std::string folds_table(const FoldDifferences& folds) {
   }
   std::string html = fmt::format(
       "<p>Without a fold of the views, {} folds in turn, all else being refined again, to first order: how far that "
-      "changes what was "
-      "found, RMS over points and folds, and how far noise alone would. A ratio well above 1 says that the uncertainty "
-      "is too small by about that factor: views contradict each other, or the model does not hold. p is the "
-      "probability "
-      "of the clearest fold's change from noise alone, times the number of folds.</p>\n",
+      "changes what was found, RMS over points and folds, and how far noise alone would. A ratio well above 1 says "
+      "that "
+      "views contradict each other and the uncertainty is too small by about that factor; a ratio of 1 says nothing of "
+      "errors that all views have in common. p is the probability of the clearest fold's change from noise alone, "
+      "times "
+      "the number of folds.</p>\n",
       folds.folds.size());
   html += html_table(
       {{"What", true}, {"Change"}, {"Expected"}, {"", true}, {"Ratio"}, {"p"}, {"Clearest without", true}}, rows);

@@ -75,16 +75,16 @@ TEST(Gate, IsExceededAsOftenWhateverTellsTheVariance) {
 }
 
 // Of numbers with a known mean: each by the variance of all, turned into each by the variance of the others.
-TEST(Gate, AnObservationIsTestedAlikeWhetherItCountsOrNot) {
+TEST(Gate, AnObservationThatCountsIsTestedByTheOthersVariance) {
   const std::vector<double> values{0.3, -1.2, 2.5, 0.7, -0.4};
   double sum = 0;
   for (const double value : values) sum += value * value;
   for (const double value : values) {
     const double square = value * value;
-    EXPECT_NEAR(without_itself(square / (sum / 5), 1, 5), square / ((sum - square) / 4), 1e-12);
+    EXPECT_NEAR(without_itself(square / (sum / 5), square / (sum / 5), 1, 5), square / ((sum - square) / 4), 1e-12);
   }
-  EXPECT_EQ(without_itself(5, 1, 5), std::numeric_limits<double>::infinity());
-  EXPECT_EQ(without_itself(7, 2, std::numeric_limits<double>::infinity()), 7);
+  EXPECT_EQ(without_itself(5, 5, 1, 5), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(without_itself(7, 7, 2, std::numeric_limits<double>::infinity()), 7);
 }
 
 // The mean of eight points in the plane, those beyond the gate left out, scatters by that much more than the number of
