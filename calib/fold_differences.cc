@@ -31,8 +31,8 @@ constexpr double kMuch = 2;           // times what is expected
 // Differences are compared a hundred times smaller than they are, covariances and floors likewise: what a pixel's
 // change in one direction is to second order would be much in another that is known better.
 constexpr double kShrunk = 0.01;
-constexpr double kNoDifference =
-    0.1;  // of what counts as none between two rigs; differences here are exact to first order
+// Of what counts as none between two rigs: there is no second order here.
+constexpr double kNoDifference = 0.1;
 constexpr std::size_t kNamesToTell = 4;  // of what a fold leaves out
 
 // What is left out as a whole: a station with all that is seen there, or a placement seen without one.

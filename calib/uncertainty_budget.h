@@ -9,8 +9,7 @@
 //     and the inflation, which all groups of a kind have in common (calib/correlation.h)
 //   a prior, such as "certificates" or an earlier rig: type B, taken as exactly known, infinite degrees of freedom
 //   "weights and outlier rule": what estimated sigmas add by having weighted the observations, and the rule by having
-//     chosen them (calib/weighting.h);
-//     type A, and small, so that its degrees of freedom are not asked for
+//     chosen them (calib/weighting.h); type A, and small, so that its degrees of freedom are not asked for
 // Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4), nu = u^4 / sum u_s^4 / nu_s, for estimates that
 // are correlated: one over the variance of u^2, twice its square being 1, summed over pairs of sigmas and, with the
 // shares of a kind's groups together, over inflations.

@@ -27,8 +27,7 @@
 // what all others tell: the covariance without such an observation knows nothing of that. Left out with probability P
 // for a standardised square s, in d dimensions, observation i adds on average
 //   P (E(s | out) / d - 1) C J_i'(I - H_i)^-1 J_i C,   H_i = J_i C J_i',
-// to what C expects. Taken by groups, with the mean redundancy for I - H_i. Few LED readings, of which each has much
-// leverage, make it one per cent of the variance.
+// to what C expects. Taken by groups, with the mean redundancy for I - H_i.
 #pragma once
 
 #include "calib/calibrate.h"
