@@ -348,7 +348,19 @@ std::vector<const View*> accepted_views(const Views& views, const std::vector<Vi
   return accepted;
 }
 
-// Stage 1: leaves the state near the optimum of the good observations, and their sigmas in the weights.
+Expected<void> set_robust_sigmas(const Views& views, const CalibrationState& state, const BundleOptions& options,
+                                 std::vector<ViewWeights>& weights) {
+  const auto residuals = residuals_at(views, state, options.threads);
+  if (!residuals) return tl::unexpected(residuals.error());
+  std::map<GroupKey, double> sigmas = robust_sigmas(views, *residuals);
+  for (auto& [key, sigma_px] : sigmas) {
+    if (!options.estimate_known_sigmas) sigma_px = known_sigma(state.rig, key, options).value_or(sigma_px);
+  }
+  set_sigmas(views, sigmas, weights);
+  return {};
+}
+
+// Leaves the state near the optimum of the good observations, and their sigmas in the weights.
 Expected<void> converge_robustly(const Views& views, const Parameters& parameters, const BundleOptions& options,
                                  std::vector<ViewWeights>& weights, CalibrationState& state) {
   MinimiseOptions minimise_options{.cauchy_scale = kCauchyScale,
@@ -356,18 +368,24 @@ Expected<void> converge_robustly(const Views& views, const Parameters& parameter
                                    .priors = options.priors,
                                    .tolerance = kRobustTolerance};
   for (int round = 0;; ++round) {
-    const auto residuals = residuals_at(views, state, options.threads);
-    if (!residuals) return tl::unexpected(residuals.error());
-    std::map<GroupKey, double> sigmas = robust_sigmas(views, *residuals);
-    for (auto& [key, sigma_px] : sigmas) {
-      if (!options.estimate_known_sigmas) sigma_px = known_sigma(state.rig, key, options).value_or(sigma_px);
-    }
-    set_sigmas(views, sigmas, weights);
+    if (const auto set = set_robust_sigmas(views, state, options, weights); !set) return set;
     if (round == kRobustRounds) return {};
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
     if (!minimum) return tl::unexpected(minimum.error());
     minimise_options.damping = std::min(kFirstDamping, minimum->damping);
   }
+}
+
+// Stage 1. Lenses may fold on the way; where they end up folding over what was observed, they may not.
+Expected<void> converge_from(const CalibrationState& start, const Views& views, const Parameters& parameters,
+                             const BundleOptions& options, std::vector<ViewWeights>& weights, CalibrationState& state) {
+  state = start;
+  for (Sensor& sensor : state.rig.sensors) sensor.lens = sensor.lens.past_folds();
+  const auto arrived = converge_robustly(views, parameters, options, weights, state);
+  for (Sensor& sensor : state.rig.sensors) sensor.lens = sensor.lens.within_folds();
+  if (arrived && set_robust_sigmas(views, state, options, weights)) return {};
+  state = start;
+  return converge_robustly(views, parameters, options, weights, state);
 }
 
 std::map<GroupKey, double> sigmas_of(const std::map<GroupKey, GroupSummary>& groups) {
@@ -460,7 +478,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   dispensable.settle(false, weights, held);
   Parameters parameters(state, views, held);
 
-  if (const auto done = converge_robustly(views, parameters, options, weights, state); !done) {
+  if (const auto done = converge_from(start, views, parameters, options, weights, state); !done) {
     return tl::unexpected(done.error());
   }
   if (options.reject_outliers) {

@@ -62,6 +62,7 @@ Expected<JointCovariance> JointCovariance::create(const NormalEquations& equatio
   }
   result.names_ = parameters.common_names(state);
   const std::vector<std::string>& names = result.names_;
+  if (names.empty()) return result;  // poses only, each by itself
   const Eigen::VectorXd diagonal = schur.diagonal();
   for (int i = 0; i < diagonal.size(); ++i) {
     if (!(diagonal[i] > kSingular * equations.common()(i, i))) {

@@ -64,7 +64,8 @@ class JointCovariance {
   // its rows that only held blocks enter.
   RigCovariance of_rig_and(const TangentFunction& function) const;
 
-  // Condition of the equilibrated information matrix, and its weakest direction in words.
+  // Condition of the equilibrated information matrix, and its weakest direction in words; 0 and empty where poses only
+  // are estimated.
   double condition() const { return condition_; }
   const std::string& weakest_direction() const { return weakest_direction_; }
 

@@ -74,9 +74,11 @@ SplineGrid grid_of(const mrcal_lensmodel_t& model) {
   return grid;
 }
 
-LensDomain domain_of(const mrcal_lensmodel_t& model, const std::vector<double>& parameters) {
+LensDomain domain_of(const mrcal_lensmodel_t& model, const std::vector<double>& parameters, bool past_folds) {
   if (model.type == MRCAL_LENSMODEL_CAHVOR) return LensDomain::cahvor(parameters);
-  if (!is_splined(model)) return LensDomain::opencv(parameters);
+  if (!is_splined(model)) {
+    return past_folds ? LensDomain::opencv_past_fold(parameters) : LensDomain::opencv(parameters);
+  }
   const SplineGrid grid = grid_of(model);
   // A cubic piece wants the two control points on either side; a quadratic one those nearest to it.
   const bool cubic = model.LENSMODEL_SPLINED_STEREOGRAPHIC__config.order == 3;
@@ -121,12 +123,14 @@ std::vector<std::string> control_point_names(int columns, int rows) {
 
 }  // namespace
 
-Lens::Lens(std::string model, ImageSize size, std::shared_ptr<const Model> shared, std::vector<double> parameters)
+Lens::Lens(std::string model, ImageSize size, std::shared_ptr<const Model> shared, std::vector<double> parameters,
+           bool past_folds)
     : model_(std::move(model)),
       size_(size),
       parameters_(std::move(parameters)),
       shared_(std::move(shared)),
-      domain_(domain_of(shared_->mrcal, parameters_)) {}
+      past_folds_(past_folds),
+      domain_(domain_of(shared_->mrcal, parameters_, past_folds_)) {}
 
 Expected<Lens> Lens::create(const std::string& model, ImageSize size, std::vector<double> parameters) {
   const auto parsed = parse_model(model);
@@ -161,8 +165,12 @@ SplineGrid Lens::spline_grid() const { return splined() ? grid_of(shared_->mrcal
 
 Lens Lens::with_parameters(std::vector<double> parameters) const {
   assert(parameters.size() == parameters_.size());
-  return Lens(model_, size_, shared_, std::move(parameters));
+  return Lens(model_, size_, shared_, std::move(parameters), past_folds_);
 }
+
+Lens Lens::past_folds() const { return Lens(model_, size_, shared_, parameters_, true); }
+
+Lens Lens::within_folds() const { return Lens(model_, size_, shared_, parameters_, false); }
 
 std::optional<Eigen::Vector2d> Lens::project(const Eigen::Vector3d& point) const {
   if (!domain_.contains(point)) return std::nullopt;

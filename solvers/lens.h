@@ -83,6 +83,13 @@ class Lens {
   // Same model and size with other numbers. Asserts on their count; finite values are the caller's business.
   Lens with_parameters(std::vector<double> parameters) const;
 
+  // The same lens, projecting where the formula of OpenCV's family goes on past its fold, and back. The way from a
+  // start to a lens that does not fold may lead through lenses that do, and ends at a corner beyond the fold otherwise.
+  // No light takes that way: what a refinement arrives at is for the lens within its folds to judge. Other models have
+  // nothing past theirs.
+  Lens past_folds() const;
+  Lens within_folds() const;
+
   // No value outside the domain.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const;
   std::optional<Projection> project_with_gradients(const Eigen::Vector3d& point) const;
@@ -100,12 +107,14 @@ class Lens {
 
  private:
   struct Model;
-  Lens(std::string model, ImageSize size, std::shared_ptr<const Model> shared, std::vector<double> parameters);
+  Lens(std::string model, ImageSize size, std::shared_ptr<const Model> shared, std::vector<double> parameters,
+       bool past_folds = false);
 
   std::string model_;
   ImageSize size_;
   std::vector<double> parameters_;
   std::shared_ptr<const Model> shared_;
+  bool past_folds_;
   LensDomain domain_;
 };
 

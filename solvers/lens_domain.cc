@@ -71,18 +71,31 @@ Polynomial d_radius(const Polynomial& p) {
   return d;
 }
 
+struct RadialFraction {
+  Polynomial numerator, denominator;
+};
+
+RadialFraction radial_fraction(const std::vector<double>& parameters) {
+  const auto term = [&](std::size_t i) { return i < parameters.size() ? parameters[i] : 0.0; };
+  return {{1, term(4), term(5), term(8)}, {1, term(9), term(10), term(11)}};
+}
+
 }  // namespace
 
 LensDomain LensDomain::opencv(const std::vector<double>& parameters) {
-  const auto term = [&](std::size_t i) { return i < parameters.size() ? parameters[i] : 0.0; };
-  const Polynomial numerator{1, term(4), term(5), term(8)};
-  const Polynomial denominator{1, term(9), term(10), term(11)};
+  const auto [numerator, denominator] = radial_fraction(parameters);
   // d/dr (r N / D) has the sign of (N + 2 s N') D - 2 s N D'.
   Polynomial rises = product(d_radius(numerator), denominator);
   const Polynomial falls = product(numerator, derivative(denominator));
   for (std::size_t i = 0; i < falls.size(); ++i) rises[i + 1] -= 2 * falls[i];
   LensDomain domain(Kind::radial);
   domain.largest_square_ = std::min(positive_until(rises), positive_until(denominator));
+  return domain;
+}
+
+LensDomain LensDomain::opencv_past_fold(const std::vector<double>& parameters) {
+  LensDomain domain(Kind::radial);
+  domain.largest_square_ = positive_until(radial_fraction(parameters).denominator);
   return domain;
 }
 

@@ -22,6 +22,8 @@ class LensDomain {
  public:
   // Parameters in mrcal's order; fewer than 16 leave the further terms out (4: a pinhole).
   static LensDomain opencv(const std::vector<double>& parameters);
+  // Past the fold, to where the formula has its first pole.
+  static LensDomain opencv_past_fold(const std::vector<double>& parameters);
   static LensDomain cahvor(const std::vector<double>& parameters);
   // Corners of the valid rectangle in stereographic coordinates.
   static LensDomain stereographic(const Eigen::Vector2d& low, const Eigen::Vector2d& high);

@@ -1,6 +1,7 @@
 #include "calib/calibrate.h"
 
 #include <cmath>
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -86,6 +87,53 @@ TEST(Calibrate, StationsOutOfStepAreNamedAndHaveNoPart) {
     EXPECT_THAT(reasons,
                 testing::Contains(testing::AllOf(testing::HasSubstr(station), testing::HasSubstr("out of step"))));
   }
+}
+
+// Boards up to 85 degrees off a fisheye's axis. From its closed forms to a rational lens without a fold the way leads
+// through lenses that fold within the corners.
+TEST(Calibrate, StartsAVeryWideLens) {
+  const Lens lens = Lens::create("LENSMODEL_OPENCV8", {6016, 4016},
+                                 {2075, 2079, 3005, 1998, 0.53, 0.036, 7e-5, 0, 1.7e-4, 0.819, 0.1186, 2.27e-3})
+                        .value();
+  const Board board = Board::grid(10, 10, 77);
+  std::mt19937_64 generator(5);
+  std::normal_distribution<double> noise_px(0, 0.4);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  CalibrationData data;
+  data.sensors = {{"cam0", SensorKind::camera, lens.size(), lens.model()}};
+  data.boards = {{"board", {10, 10, 77}, {}}};
+  std::size_t seen = 0;
+  double widest = 0;
+  for (std::size_t p = 0; seen < 60; ++p) {
+    const double off_axis = 1.3 * static_cast<double>(p % 13) / 12, around = 2.4 * static_cast<double>(p);
+    const Eigen::Vector3d axis(-std::sin(around), std::cos(around), 0);
+    const Eigen::Quaterniond turn = rotation_from_vector(off_axis * axis);
+    const Eigen::Quaterniond tilt =
+        rotation_from_vector({0.6 * uniform(generator), 0.6 * uniform(generator), 3 * uniform(generator)});
+    const Pose pose{turn * tilt, turn * (Eigen::Vector3d(0, 0, 750) - tilt * Eigen::Vector3d(346.5, 346.5, 0))};
+    CornerView view{0, seen, {}, {}};
+    for (int i = 0; i < board.point_count(); ++i) {
+      const Eigen::Vector3d point = pose * board.point(i);
+      const auto pixel = lens.project(point);
+      const double slope = point.head<2>().norm() / point.z();
+      if (!pixel || slope > 12.8 || !lens.size().contains(*pixel)) continue;
+      widest = std::max(widest, slope);
+      view.corners.push_back(i);
+      view.pixels.push_back(*pixel + Eigen::Vector2d::NullaryExpr([&](Eigen::Index) { return noise_px(generator); }));
+    }
+    if (view.corners.size() < 60) continue;
+    data.board_of.push_back(0);
+    data.placement_names.push_back(std::to_string(seen++));
+    data.observations.corners.push_back(std::move(view));
+  }
+  ASSERT_GT(widest, 11);
+  data.observations.placement_count = seen;
+  const auto calibration = calibrate(data, {});
+  ASSERT_TRUE(calibration) << calibration.error().message;
+  EXPECT_TRUE(calibration->bundle.settled);
+  EXPECT_NEAR(calibration->bundle.groups.front().sigma_px, 0.4, 0.02);
+  const Lens& found = calibration->bundle.state.rig.sensors[0].lens;
+  EXPECT_NEAR(found.parameters()[0], lens.parameters()[0], 3);
 }
 
 TEST(Calibrate, WarpHasToEarnItsPlace) {

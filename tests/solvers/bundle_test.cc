@@ -1,6 +1,7 @@
 #include "solvers/bundle.h"
 
 #include <cmath>
+#include <random>
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
@@ -65,6 +66,43 @@ TEST(Bundle, LeavesOutGrossErrorsAndHardlyAnyGoodObservation) {
   EXPECT_GE(stripes.outliers, planted);
   EXPECT_LE(stripes.outliers, planted + 5);
   EXPECT_NEAR(stripes.sigma_px, 0.05, 0.05 * 0.07);
+}
+
+// Corners on the very edge of what a folding lens can image: noise puts some of them past it, where it may not stay.
+TEST(Bundle, ObservationsAtALensesFoldStayWithinIt) {
+  const Lens lens = Lens::create("LENSMODEL_OPENCV4", {1024, 768}, {500, 500, 512, 384, -1, 0, 0, 0}).value();
+  const double fold = lens.domain().largest_slope();
+  CalibrationState truth;
+  truth.rig.sensors = {{"cam0", SensorKind::camera, lens, {}}};
+  truth.boards = {Board::grid(9, 7, 10)};
+  Observations observations;
+  observations.placement_count = 8;
+  std::mt19937_64 generator(2);
+  std::normal_distribution<double> noise_px(0, 0.5);
+  for (std::size_t p = 0; p < observations.placement_count; ++p) {
+    const Eigen::Quaterniond turn = rotation_from_vector({0, 0, 0.5 * static_cast<double>(p)});
+    truth.world_from_board.push_back({turn, turn * Eigen::Vector3d(fold * 0.9999 * 400 - 80, 0, 400)});
+    truth.board_of.push_back(0);
+    CornerView view{0, p, {}, {}};
+    for (int i = 0; i < truth.boards[0].point_count(); ++i) {
+      const auto pixel = lens.project(truth.world_from_board.back() * truth.boards[0].point(i));
+      if (!pixel) continue;
+      const double x_px = noise_px(generator);
+      view.corners.push_back(i);
+      view.pixels.push_back(*pixel + Eigen::Vector2d(x_px, noise_px(generator)));
+    }
+    observations.corners.push_back(view);
+  }
+  const auto result = refine(truth, observations, {.held = {{BlockId::Kind::lens, 0}}});
+  ASSERT_TRUE(result) << result.error().message;
+  const Lens& found = result->state.rig.sensors[0].lens;
+  EXPECT_EQ(found.domain().largest_slope(), fold);
+  for (const CornerView& view : observations.corners) {
+    for (const int corner : view.corners) {
+      EXPECT_TRUE(found.project(result->state.world_from_board[view.placement] * result->state.boards[0].point(corner)))
+          << view.placement << " " << corner;
+    }
+  }
 }
 
 TEST(Bundle, ASmallGroupKeepsItsPriorSigma) {

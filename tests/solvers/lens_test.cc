@@ -191,6 +191,20 @@ TEST(Lens, SeesNothingBeyondTheFold) {
   EXPECT_FALSE(lens.project({0.578, 0, 1}));
 }
 
+TEST(Lens, CanBeFollowedPastItsFold) {
+  const Lens lens = Lens::create("LENSMODEL_OPENCV4", kSize, {500, 500, 512, 384, -1, 0, 0, 0}).value();
+  const Lens followed = lens.past_folds().with_parameters({400, 400, 512, 384, -1, 0, 0, 0});
+  const Eigen::Vector2d pixel = followed.project({0.8, 0, 1}).value();
+  EXPECT_NEAR(pixel.x(), 512 + 400 * (0.8 - 0.512), 1e-9);
+  EXPECT_EQ(followed.project_with_gradients({0.8, 0, 1}).value().pixel, pixel);
+  EXPECT_FALSE(followed.within_folds().project({0.8, 0, 1}));
+  // A pixel's ray stays the one on this side.
+  EXPECT_EQ(lens.past_folds().ray({512 + 150, 384}).value(), lens.ray({512 + 150, 384}).value());
+  EXPECT_FALSE(lens.past_folds().ray({512 + 250, 384}));
+  const Lens pole = Lens::create("LENSMODEL_OPENCV8", kSize, {500, 500, 512, 384, 0, 0, 0, 0, 0, -1, 0, 0}).value();
+  EXPECT_FALSE(pole.past_folds().project({1.001, 0, 1}));
+}
+
 TEST(Lens, SeesNothingBeyondThePoleOfARationalLens) {
   // 1 - r^2 in the denominator.
   const Lens lens = Lens::create("LENSMODEL_OPENCV8", kSize, {500, 500, 512, 384, 0, 0, 0, 0, 0, -1, 0, 0}).value();
