@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 
 #include "calib/board_pose.h"
+#include "calib/system_part.h"
 #include "solvers/decompositions.h"
 
 namespace crumple {
@@ -50,9 +51,10 @@ bool judged_by(const View& view, SensorKind kind) {
   return (view.kind() == View::Kind::corners) == (kind == SensorKind::camera);
 }
 
-CalibrationData with_model(CalibrationData data, SensorKind kind, const std::string& model) {
+CalibrationData with_model(CalibrationData data, SensorKind kind, const std::optional<Mount>& mount,
+                           const std::string& model) {
   for (SensorSpec& sensor : data.sensors) {
-    if (sensor.kind == kind) sensor.lens_model = model;
+    if (sensor.kind == kind && (!mount || sensor.mount == *mount)) sensor.lens_model = model;
   }
   return data;
 }
@@ -260,13 +262,15 @@ Expected<LensChoice> choose(const CalibrationData& data, SensorKind kind, const 
                             const std::function<void()>& report) {
   std::vector<Trial> trials;
   const Trial* richest = nullptr;
-  for (const char* model : kLadder) trials.push_back(fit(with_model(data, kind, model), model, options, report));
+  for (const char* model : kLadder) {
+    trials.push_back(fit(with_model(data, kind, {}, model), model, options, report));
+  }
   for (const Trial& trial : trials) {
     if (trial.candidate.fitted) richest = &trial;
   }
   if (richest == nullptr) return fail(fmt::format("no lens model fits: {}", trials.front().candidate.reason));
   const BundleResult judge = richest->calibration->bundle;
-  LensChoice choice{kind, {}, {}};
+  LensChoice choice{kind, {}, {}, {}};
   const Trial* best = nullptr;
   for (Trial& trial : trials) {
     if (trial.candidate.fitted) score(data, kind, judge, trial);
@@ -289,17 +293,18 @@ bool has(const CalibrationData& data, SensorKind kind) {
                      [&](const SensorSpec& sensor) { return sensor.kind == kind; });
 }
 
-}  // namespace
+using Choices = std::vector<LensChoice>;
 
-Expected<std::vector<LensChoice>> choose_lenses(const CalibrationData& data, const CalibrationOptions& options,
-                                                const std::function<void()>& report) {
+// Of sensors that stand still.
+Expected<Choices> choose_still(const CalibrationData& data, const CalibrationOptions& options,
+                               const std::function<void()>& report) {
   if (data.placement_names.size() < kFewestPlacements) {
     return fail(
         fmt::format("choosing a lens model by held-out views wants {} board placements, not {}: name the model "
                     "instead",
                     kFewestPlacements, data.placement_names.size()));
   }
-  std::vector<LensChoice> choices;
+  Choices choices;
   auto cameras = choose(cameras_alone(data), SensorKind::camera, options, report);
   if (!cameras) return tl::unexpected(cameras.error());
   choices.push_back(std::move(*cameras));
@@ -312,13 +317,54 @@ Expected<std::vector<LensChoice>> choose_lenses(const CalibrationData& data, con
   return choices;
 }
 
-std::size_t lens_choice_steps(const CalibrationData& data) {
+std::size_t steps_of_still(const CalibrationData& data) {
   const std::size_t kinds = has(data, SensorKind::projector) ? 2 : 1;
   return kinds * kLadder.size() * (1 + folds_of(data.placement_names.size()).size());
 }
 
+struct MountedPart {
+  Mount mount;
+  CalibrationData data;
+};
+
+std::vector<MountedPart> parts_of(const CalibrationData& data) {
+  std::vector<MountedPart> parts;
+  for (const Mount mount : {Mount::probe, Mount::world}) {
+    SystemPart part = system_part(data, mount);
+    if (!part.sensors.empty()) parts.push_back({mount, std::move(part.data)});
+  }
+  return parts;
+}
+
+}  // namespace
+
+Expected<Choices> choose_lenses(const CalibrationData& data, const CalibrationOptions& options,
+                                const std::function<void()>& report) {
+  if (data.station_names.empty()) return choose_still(data, options, report);
+  Choices all;
+  for (const MountedPart& part : parts_of(data)) {
+    auto choices = choose_still(part.data, options, report);
+    if (!choices) {
+      return fail(fmt::format("{}: {}", part.mount == Mount::probe ? "the probe's sensors" : "the trackers",
+                              choices.error().message));
+    }
+    for (LensChoice& choice : *choices) {
+      choice.mount = part.mount;
+      all.push_back(std::move(choice));
+    }
+  }
+  return all;
+}
+
+std::size_t lens_choice_steps(const CalibrationData& data) {
+  if (data.station_names.empty()) return steps_of_still(data);
+  std::size_t steps = 0;
+  for (const MountedPart& part : parts_of(data)) steps += steps_of_still(part.data);
+  return steps;
+}
+
 CalibrationData with_lenses(CalibrationData data, const std::vector<LensChoice>& choices) {
-  for (const LensChoice& choice : choices) data = with_model(std::move(data), choice.kind, choice.model);
+  for (const LensChoice& choice : choices) data = with_model(std::move(data), choice.kind, choice.mount, choice.model);
   return data;
 }
 

@@ -12,9 +12,12 @@
 // placements, each of these gets its pose from its corners with that rig, and its residuals are taken. Outliers of the
 // richest model that could be fitted are left out for all. Cameras are compared by their corners alone, then projectors
 // by stripes and projected features, with the cameras' model chosen already.
+// Of a tracked system the probe's sensors and the trackers are judged each by themselves (calib/system_part.h): the
+// trackers by the boards they see.
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,12 +42,13 @@ struct LensCandidate {
 
 struct LensChoice {
   SensorKind kind = SensorKind::camera;
+  std::optional<Mount> mount = {};  // of a tracked system; else all sensors of the kind
   std::string model;
   std::vector<LensCandidate> candidates;
 };
 
-// One choice per kind of sensor there is, cameras first. Fails where no candidate can be fitted or there are too few
-// placements to hold any out. `report` is called after each calibration.
+// One choice per kind of sensor there is, cameras first; the trackers' last. Fails where no candidate can be fitted or
+// there are too few placements to hold any out. `report` is called after each calibration.
 Expected<std::vector<LensChoice>> choose_lenses(const CalibrationData& data, const CalibrationOptions& options,
                                                 const std::function<void()>& report);
 

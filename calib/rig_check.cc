@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "calib/accepted_observations.h"
 #include "calib/correlation.h"
 #include "calib/rig_prior.h"
 #include "calib/rig_truth.h"
@@ -43,6 +42,25 @@ double score(const PartCheck& part, double observations) {
   return part.gain - std::log(std::max(observations, 2.0)) * part.degrees;
 }
 
+// `views`: of all observations, those of stripes in the order of `all`.
+std::vector<StripeView> accepted_stripes(const std::vector<StripeView>& all, const std::vector<ViewSummary>& views) {
+  std::vector<StripeView> kept;
+  auto stripes = all.begin();
+  for (const ViewSummary& summary : views) {
+    if (summary.kind != View::Kind::stripes) continue;
+    StripeView view = *stripes++;
+    view.camera_pixels.clear();
+    view.coordinates_px.clear();
+    for (std::size_t i = 0; i < summary.inlier.size(); ++i) {
+      if (!summary.inlier[i]) continue;
+      view.camera_pixels.push_back(std::prev(stripes)->camera_pixels[i]);
+      view.coordinates_px.push_back(std::prev(stripes)->coordinates_px[i]);
+    }
+    if (!view.camera_pixels.empty()) kept.push_back(std::move(view));
+  }
+  return kept;
+}
+
 class Checker {
  public:
   Checker(const CalibrationData& data, const EarlierRig& earlier, CalibrationState start, int threads)
@@ -72,12 +90,7 @@ class Checker {
     options.freed = known->freed;
     const auto bundle = refine(start_, data_.observations, options);
     if (!bundle) return tl::unexpected(bundle.error());
-    std::vector<std::vector<char>> accepted;
-    for (const ViewSummary& view : bundle->views) {
-      accepted.push_back(view.inlier);
-      if (view.kind != View::Kind::stripes) std::fill(accepted.back().begin(), accepted.back().end(), 1);
-    }
-    data_.observations = accepted_observations(data_.observations, accepted);
+    data_.observations.stripes = accepted_stripes(data_.observations.stripes, bundle->views);
     return {};
   }
 

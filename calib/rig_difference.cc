@@ -65,8 +65,7 @@ std::vector<std::pair<Match, Match>> pairs_of(const Rig& a, const std::vector<Ma
   return pairs;
 }
 
-// The middle of the volume that a sensor measures with a partner; infinite
-// where nothing tells it.
+// The middle of the volume that a sensor measures with a partner; infinite where nothing tells it.
 double working_distance_mm(const Rig& a, std::size_t sensor, const std::vector<std::pair<Match, Match>>& pairs,
                            const RigDifferenceOptions& options) {
   if (options.depth) return 0.5 * (options.depth->near_mm + options.depth->far_mm);
@@ -115,10 +114,8 @@ void compare_pairs(const Rig& a, const Rig& b, const std::vector<std::pair<Match
     const Sensor &first_a = a.sensors[first.a], &second_a = a.sensors[second.a];
     const auto depth = options.depth ? options.depth : common_depth(first_a, second_a);
     if (!depth) {
-      result.not_compared.push_back(
-          fmt::format("{} and {}: their axes do not meet: say with --near_mm and --far_mm "
-                      "where they measure",
-                      first_a.name, second_a.name));
+      result.not_compared.push_back(fmt::format(
+          "{} and {}: their axes do not meet, which does not tell where they measure", first_a.name, second_a.name));
       continue;
     }
     auto volume = volume_difference(a, b, {first.a, second.a, first.b, second.b}, *depth, options.no_difference_mm);

@@ -1,26 +1,19 @@
-// Has a rig changed between two calibrations, where, and by more than their
-// uncertainties say?
+// Has a rig changed between two calibrations, where, and by more than their uncertainties say?
 //
 // Sensors and LEDs are matched by name. Compared are
-//   each sensor's projection    px over its image, after the best motion of its
-//   frame   calib/projection_difference.h each pair of one mount      mm of
-//   what both measure in the volume, likewise         calib/volume_difference.h
-//   the probe's LEDs            mm, after their best motion; and what the first
-//   pair on the probe measures, carried by
+//   each sensor's projection    px over its image, after the best motion of its frame (calib/projection_difference.h)
+//   each pair of one mount      mm of what both measure in the volume, likewise (calib/volume_difference.h)
+//   the probe's LEDs            mm, after their best motion; and what the first pair on the probe measures, carried by
 //                               the LEDs
-// so a lens that changed shows in the first, a sensor that moved against
-// another in the second, and one that moved against the LEDs in the last. Each
-// is one chi-square test. A difference is significant at k where its
-// probability under noise alone is below that of a normal distribution outside
-// of k standard deviations, divided by the number of tests (Bonferroni): two
-// calibrations of an unchanged rig are found different no more often than that.
+// so a lens that changed shows in the first, a sensor that moved against another in the second, and one that moved
+// against the LEDs in the last. Each is one chi-square test. A difference is significant at k where its probability
+// under noise alone is below that of a normal distribution outside of k standard deviations, divided by the number of
+// tests (Bonferroni): two calibrations of an unchanged rig are found different no more often than that.
 //
-// The calibrations are taken as independent: of one that went on from the other
-// (calib/start_from_rig.h) the difference is smaller than both uncertainties
-// make it look, and what is significant then is so all the more. Of one made
-// from a part of the other's views the covariance of the difference is known
-// (calib/fold_differences.h): given to the one rig and none to the other, it is
-// what this compares with.
+// The calibrations are taken as independent: of one that went on from the other (calib/start_from_rig.h) the difference
+// is smaller than both uncertainties make it look, and what is significant then is so all the more. Of one made from a
+// part of the other's views the covariance of the difference is known (calib/fold_differences.h): given to the one rig
+// and none to the other, it is what this compares with.
 #pragma once
 
 #include <string>
@@ -67,8 +60,7 @@ struct PairDrift {
 };
 
 struct LedDrift {
-  std::string first,
-      second;  // of the pair whose measurements they carry; empty without one
+  std::string first, second;  // of the pair whose measurements they carry; empty without one
   LedDifference leds;
   bool shape_significant = false;
   bool carried_significant = false;

@@ -14,10 +14,13 @@
 // camera's image, or of the panel that a camera sees, and what is seen there is not known to a pixel
 // (calib/unseen_parts.h; noted where it is known three times worse than elsewhere, and of trackers).
 //
+// With cross-validation also where leaving out some of the views changes the result by more than twice what its
+// uncertainty says (calib/fold_differences.h).
+//
 // Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
 // observations' reach does not depend on them, but their values mean nothing. And boards whose size nothing could
-// contradict: a wrong pitch would not show. And residuals whose means
-// over the cells of an image are 1.5 times what noise makes, correlated as it is.
+// contradict: a wrong pitch would not show. And residuals whose means over the cells of an image are 1.5 times what
+// noise makes, correlated as it is.
 //
 // rejected where numbers are to be used by nobody: a lens whose focal length is not known to 10 %, views beyond the
 // noise where a quarter or more of all views are such.

@@ -22,6 +22,11 @@ json candidate_json(const LensCandidate& candidate) {
   return entry;
 }
 
+const char* kind_name(const LensChoice& choice) {
+  if (choice.kind == SensorKind::projector) return "projector";
+  return choice.mount == Mount::world ? "tracker" : "camera";
+}
+
 // The model's name without what all of them begin with.
 std::string short_name(const std::string& model) { return model.substr(std::string("LENSMODEL_").size()); }
 
@@ -44,9 +49,7 @@ json lens_choice_summary(const std::vector<LensChoice>& choices) {
   for (const LensChoice& choice : choices) {
     json candidates = json::array();
     for (const LensCandidate& candidate : choice.candidates) candidates.push_back(candidate_json(candidate));
-    summary.push_back({{"kind", choice.kind == SensorKind::camera ? "camera" : "projector"},
-                       {"model", choice.model},
-                       {"candidates", candidates}});
+    summary.push_back({{"kind", kind_name(choice)}, {"model", choice.model}, {"candidates", candidates}});
   }
   return summary;
 }
@@ -54,8 +57,7 @@ json lens_choice_summary(const std::vector<LensChoice>& choices) {
 std::string lens_choice_text(const std::vector<LensChoice>& choices) {
   std::string text;
   for (const LensChoice& choice : choices) {
-    text += fmt::format("lens of the {}s, chosen by the data: {}\n",
-                        choice.kind == SensorKind::camera ? "camera" : "projector", choice.model);
+    text += fmt::format("lens of the {}s, chosen by the data: {}\n", kind_name(choice), choice.model);
     text += "  model       RMS px  held out       Wald limit    gain px^2      +-\n";
     for (const LensCandidate& candidate : choice.candidates) text += candidate_row(candidate);
   }

@@ -11,12 +11,12 @@
 
 #include <fmt/format.h>
 
-#include "solvers/closed_form/board_pose.h"
 #include "solvers/dispensable_leds.h"
 #include "solvers/gate.h"
 #include "solvers/minimise.h"
 #include "solvers/parallel.h"
 #include "solvers/square_root.h"
+#include "solvers/untold_poses.h"
 
 namespace crumple {
 namespace {
@@ -28,7 +28,6 @@ constexpr int kRobustRounds = 4;
 constexpr int kMaxRounds = 20;
 constexpr int kReadmittingRounds = 10;
 constexpr int kRetrialRounds = 5;          // of placements without accepted observations
-constexpr int kLeastForPose = 6;           // coordinates
 constexpr double kRobustTolerance = 1e-6;  // what follows starts from here and goes on
 constexpr double kCauchyScale = 2.5;
 constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
@@ -200,60 +199,6 @@ bool same_sides(const std::vector<ViewWeights>& a, const std::vector<ViewWeights
                     [](const ViewWeights& x, const ViewWeights& y) { return x.inlier == y.inlier; });
 }
 
-// Placements and stations of which too little is accepted to tell a pose.
-std::set<BlockId> untold_poses(const Views& views, const std::vector<ViewWeights>& weights) {
-  std::map<BlockId, int> accepted;  // coordinates
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto& inlier = weights[v].inlier;
-    const auto inliers = std::count_if(inlier.begin(), inlier.end(), [](char c) { return c != 0; });
-    for (const BlockId& block : views[v]->blocks()) {
-      if (block.is_pose()) accepted[block] += views[v]->dimension() * static_cast<int>(inliers);
-    }
-  }
-  std::set<BlockId> untold;
-  for (const auto& [pose, coordinates] : accepted) {
-    if (coordinates < kLeastForPose) untold.insert(pose);
-  }
-  return untold;
-}
-
-// From the corners that one sensor sees of it, where one sees enough.
-void pose_anew(std::size_t placement, const Observations& observations, CalibrationState& state) {
-  for (const CornerView& view : observations.corners) {
-    if (view.placement != placement) continue;
-    const Sensor& sensor = state.rig.sensors[view.sensor];
-    Points2d plane;
-    for (const int corner : view.corners) plane.emplace_back(state.board_at(placement).point(corner).head<2>());
-    const auto pose = board_pose(sensor.lens, plane, view.pixels);
-    if (!pose) continue;
-    const Pose mount_from_board = sensor.sensor_from_mount.inverse() * *pose;
-    state.world_from_board[placement] =
-        view.station ? state.world_from_probe[*view.station] * mount_from_board : mount_from_board;
-    return;
-  }
-}
-
-// Early on their poses may be what is wrong: placements get new ones, and all that was seen there is tried again. Later
-// they are left out as a whole and their poses held. Returns whether that changed anything.
-bool settle_untold_poses(const Views& views, const Observations& observations, bool try_again,
-                         std::vector<ViewWeights>& weights, CalibrationState& state, std::set<BlockId>& held) {
-  const std::set<BlockId> untold = untold_poses(views, weights);
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto& blocks = views[v]->blocks();
-    if (std::none_of(blocks.begin(), blocks.end(), [&](const BlockId& b) { return untold.contains(b); })) continue;
-    std::fill(weights[v].inlier.begin(), weights[v].inlier.end(), try_again);
-  }
-  if (try_again) {
-    for (const BlockId& pose : untold) {
-      if (pose.kind == BlockId::Kind::placement) pose_anew(pose.index, observations, state);
-    }
-    return !untold.empty();
-  }
-  bool changed = false;
-  for (const BlockId& pose : untold) changed = held.insert(pose).second || changed;
-  return changed;
-}
-
 // Of what several groups leave over.
 struct Pool {
   double square = 0;
@@ -312,6 +257,7 @@ Groups summarise_groups(const Views& views, const Linearisation& at, const std::
     const auto known = known_sigma(state.rig, key, options);
     if (known && !options.estimate_known_sigmas) {
       group.sigma_px = *known;
+      group.sigma_estimated = false;
       continue;
     }
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;

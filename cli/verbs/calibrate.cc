@@ -28,6 +28,7 @@
 #include "datasets/led_images.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
+#include "datasets/truth.h"
 
 DEFINE_string(sensors, "", "names of the sensors to calibrate, comma-separated; empty: all");
 DEFINE_string(warp, "auto", "board warp: off, on, or auto: kept where it is significant");
@@ -118,15 +119,10 @@ Expected<std::optional<EarlierRig>> earlier_from_flags() {
   return std::optional<EarlierRig>(std::move(*earlier));
 }
 
-// What is not to be had of a probe that is moved about.
-Expected<void> check_system_flags(const CalibrationData& data) {
+Expected<void> check_start_flags() {
   if (!FLAGS_start.empty() && (FLAGS_lens == "auto" || FLAGS_cross_validate || FLAGS_starts)) {
     return fail(
         "--start goes on from a rig: --lens=auto, --cross_validate and --starts are about calibrations from nothing");
-  }
-  if (data.station_names.empty()) return {};
-  if (FLAGS_lens == "auto") {
-    return fail("--lens=auto takes no trackers: choose with --sensors=..., the probe's or the trackers' alone");
   }
   return {};
 }
@@ -241,6 +237,7 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   const auto source = source_from_flags();
   if (!source) return usage_error(source.error().message);
   if (const auto known = check_lens_flag(); !known) return usage_error(known.error().message);
+  if (const auto can = check_start_flags(); !can) return usage_error(can.error().message);
   auto earlier = earlier_from_flags();
   if (!earlier) return tl::unexpected(earlier.error());
   options->earlier = std::move(*earlier);
@@ -252,7 +249,6 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (!folder) return tl::unexpected(folder.error());
   auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
   if (!input) return tl::unexpected(input.error());
-  if (const auto can = check_system_flags(input->data); !can) return usage_error(can.error().message);
   const auto lenses = apply_lens_flag(*options, input->data);
   if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
   const auto calibration = calibrate(input->data, *options);

@@ -1,9 +1,12 @@
 #include "calib/choose_lens.h"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/calib/made_lens.h"
+#include "tests/calib/made_system_data.h"
 #include "tests/solvers/synthetic.h"
 
 namespace crumple {
@@ -64,6 +67,36 @@ TEST(ChooseLens, ProjectorsAreJudgedByTheirStripes) {
   EXPECT_NEAR((*choices)[1].candidates[0].held_out_rms_px, 0.05, 0.02);
   for (const SensorSpec& sensor : with_lenses(data, *choices).sensors) {
     EXPECT_EQ(sensor.lens_model, "LENSMODEL_PINHOLE");
+  }
+}
+
+// Of a tracked system the trackers have lenses of their own: here without distortion, unlike the probe's.
+TEST(ChooseLens, TrackersAreJudgedByThemselves) {
+  const MadeSystem made = make_system({.stations = 10, .tracker_placements = 10, .seed = 3, .change = [](Rig& rig) {
+                                         for (Sensor& sensor : rig.sensors) {
+                                           if (sensor.mount != Mount::world) continue;
+                                           std::vector<double> parameters = sensor.lens.parameters();
+                                           std::fill(parameters.begin() + 4, parameters.end(), 0);
+                                           sensor.lens = sensor.lens.with_parameters(parameters);
+                                         }
+                                       }});
+  const CalibrationData data = data_of(made);
+  std::size_t steps = 0;
+  const auto choices = choose_lenses(data, {.warp = WarpChoice::off}, [&] { ++steps; });
+  ASSERT_TRUE(choices) << choices.error().message;
+  EXPECT_EQ(steps, lens_choice_steps(data));
+  ASSERT_EQ(choices->size(), 3U);
+  const LensChoice &camera = (*choices)[0], &projector = (*choices)[1], &trackers = (*choices)[2];
+  EXPECT_EQ(camera.mount, Mount::probe);
+  EXPECT_NE(camera.model, "LENSMODEL_PINHOLE");
+  EXPECT_EQ(projector.kind, SensorKind::projector);
+  EXPECT_EQ(trackers.mount, Mount::world);
+  EXPECT_EQ(trackers.model, "LENSMODEL_PINHOLE");
+  for (const SensorSpec& sensor : with_lenses(data, *choices).sensors) {
+    const LensChoice& choice = sensor.mount == Mount::world           ? trackers
+                               : sensor.kind == SensorKind::projector ? projector
+                                                                      : camera;
+    EXPECT_EQ(sensor.lens_model, choice.model) << sensor.name;
   }
 }
 

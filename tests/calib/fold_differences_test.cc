@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calib/accepted_observations.h"
 #include "tests/calib/made_lens.h"
 #include "tests/calib/made_system_data.h"
 
@@ -124,24 +123,6 @@ TEST(FoldDifferences, WantThreeOfAKind) {
   const auto refused = fold_differences(data, *calibration, 1, [] {});
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("three stations"));
-}
-
-TEST(AcceptedObservations, KeepWhatTheMaskSaysAndDropEmptyViews) {
-  Observations all;
-  all.placement_count = 3;
-  all.corners = {{0, 0, {4, 5, 6}, {{1, 2}, {3, 4}, {5, 6}}}, {0, 1, {7}, {{7, 8}}}};
-  all.stripes = {{0, 1, 2, Eigen::Vector2d::UnitY(), {{1, 1}, {2, 2}}, {10, 20}, 3}};
-  all.leds = {{2, {0, 1}, {{5, 5}, {6, 6}}, 4}};
-  const Observations kept = accepted_observations(all, {{1, 0, 1}, {0}, {0, 1}, {1, 0}});
-  EXPECT_EQ(kept.placement_count, 3u);
-  ASSERT_EQ(kept.corners.size(), 1u);
-  EXPECT_THAT(kept.corners[0].corners, ElementsAre(4, 6));
-  EXPECT_THAT(kept.corners[0].pixels, ElementsAre(Eigen::Vector2d(1, 2), Eigen::Vector2d(5, 6)));
-  EXPECT_THAT(kept.stripes.at(0).coordinates_px, ElementsAre(20));
-  EXPECT_THAT(kept.stripes.at(0).camera_pixels, ElementsAre(Eigen::Vector2d(2, 2)));
-  EXPECT_EQ(kept.stripes[0].station, 3u);
-  EXPECT_THAT(kept.leds.at(0).leds, ElementsAre(0u));
-  EXPECT_EQ(kept.leds[0].station, 4u);
 }
 
 }  // namespace
