@@ -128,7 +128,7 @@ Expected<void> predict(const CalibrationData& data, SensorKind kind, const std::
   for (const std::size_t p : fold) {
     const auto pose =
         fit_board_pose(state.rig, state.board_at(p), good_corners(data, judge, p), full.world_from_board[p]);
-    if (!pose) return fail(fmt::format("station {}: {}", data.placement_names[p], pose.error().message));
+    if (!pose) return fail(fmt::format("{}: {}", data.placement_names[p], pose.error().message));
     state.world_from_board[p] = *pose;
   }
   const auto views = make_views(data.observations, data.board_of);
@@ -137,8 +137,8 @@ Expected<void> predict(const CalibrationData& data, SensorKind kind, const std::
     if (!judged_by(*views[v], kind) || !placement || !fold.contains(*placement)) continue;
     ViewEvaluation evaluation;
     if (!views[v]->evaluate(state, false, evaluation)) {
-      return fail(fmt::format("station {}: the {} cannot be predicted", data.placement_names[*placement],
-                              name_of(views[v]->kind())));
+      return fail(
+          fmt::format("{}: the {} cannot be predicted", data.placement_names[*placement], name_of(views[v]->kind())));
     }
     add_squares(*views[v], evaluation.residuals, judge.views[v].inlier, trial.held_out[*placement]);
   }
@@ -295,15 +295,18 @@ bool has(const CalibrationData& data, SensorKind kind) {
 
 using Choices = std::vector<LensChoice>;
 
+Expected<void> check_placements(const CalibrationData& data) {
+  if (data.placement_names.size() >= kFewestPlacements) return {};
+  return fail(
+      fmt::format("choosing a lens model by held-out views wants {} board placements, not {}: name the model "
+                  "instead",
+                  kFewestPlacements, data.placement_names.size()));
+}
+
 // Of sensors that stand still.
 Expected<Choices> choose_still(const CalibrationData& data, const CalibrationOptions& options,
                                const std::function<void()>& report) {
-  if (data.placement_names.size() < kFewestPlacements) {
-    return fail(
-        fmt::format("choosing a lens model by held-out views wants {} board placements, not {}: name the model "
-                    "instead",
-                    kFewestPlacements, data.placement_names.size()));
-  }
+  if (const auto enough = check_placements(data); !enough) return tl::unexpected(enough.error());
   Choices choices;
   auto cameras = choose(cameras_alone(data), SensorKind::camera, options, report);
   if (!cameras) return tl::unexpected(cameras.error());
@@ -341,13 +344,18 @@ std::vector<MountedPart> parts_of(const CalibrationData& data) {
 Expected<Choices> choose_lenses(const CalibrationData& data, const CalibrationOptions& options,
                                 const std::function<void()>& report) {
   if (data.station_names.empty()) return choose_still(data, options, report);
+  const std::vector<MountedPart> parts = parts_of(data);
+  const auto of_part = [](const MountedPart& part, const Error& error) {
+    return fail(
+        fmt::format("{}: {}", part.mount == Mount::probe ? "the probe's sensors" : "the trackers", error.message));
+  };
+  for (const MountedPart& part : parts) {
+    if (const auto enough = check_placements(part.data); !enough) return of_part(part, enough.error());
+  }
   Choices all;
-  for (const MountedPart& part : parts_of(data)) {
+  for (const MountedPart& part : parts) {
     auto choices = choose_still(part.data, options, report);
-    if (!choices) {
-      return fail(fmt::format("{}: {}", part.mount == Mount::probe ? "the probe's sensors" : "the trackers",
-                              choices.error().message));
-    }
+    if (!choices) return of_part(part, choices.error());
     for (LensChoice& choice : *choices) {
       choice.mount = part.mount;
       all.push_back(std::move(choice));

@@ -115,7 +115,8 @@ void compare_pairs(const Rig& a, const Rig& b, const std::vector<std::pair<Match
     const auto depth = options.depth ? options.depth : common_depth(first_a, second_a);
     if (!depth) {
       result.not_compared.push_back(fmt::format(
-          "{} and {}: their axes do not meet, which does not tell where they measure", first_a.name, second_a.name));
+          "{} and {}: their axes do not meet, and nothing else says where they measure", first_a.name, second_a.name));
+      result.depth_unknown = true;
       continue;
     }
     auto volume = volume_difference(a, b, {first.a, second.a, first.b, second.b}, *depth, options.no_difference_mm);

@@ -74,6 +74,7 @@ struct RigDifference {
   std::optional<LedDrift> leds;
   std::vector<std::string> only_a, only_b;  // sensors and LEDs
   std::vector<std::string> not_compared;    // and why, a sentence each
+  bool depth_unknown = false;               // a pair was not, for want of RigDifferenceOptions::depth
   std::vector<std::string> changed;         // what is significant, in words, the likely cause first
 
   bool significant() const { return !changed.empty(); }

@@ -54,7 +54,7 @@ class PartMaker {
  private:
   template <typename V>
   bool take_pair(V& view) const {
-    if (!number_of_sensor_.contains(view.camera)) return false;
+    if (!number_of_sensor_.contains(view.camera) || !number_of_sensor_.contains(view.projector)) return false;
     view.camera = number_of_sensor_.at(view.camera);
     view.projector = number_of_sensor_.at(view.projector);
     return true;

@@ -10,8 +10,8 @@
 
 namespace crumple {
 
-// Without LEDs, and without the later set-ups of a tracker, whose lens the first one tells. Its sensors count as on a
-// probe; placements carry names that say which board and station they are.
+// Without LEDs, and without the later set-ups of a tracker, whose lens the first one tells, and what these see. Its
+// sensors count as on a probe; placements carry names that say which board and station they are.
 struct SystemPart {
   CalibrationData data;
   std::vector<std::size_t> sensors;       // of the whole, by the part's numbers

@@ -129,6 +129,7 @@ std::string rig_difference_text(const RigDifference& difference) {
   if (!difference.only_b.empty())
     text += fmt::format("only in the second rig: {}\n", fmt::join(difference.only_b, ", "));
   for (const std::string& sentence : difference.not_compared) text += fmt::format("not compared: {}.\n", sentence);
+  if (difference.depth_unknown) text += "say with --near_mm and --far_mm where pairs measure\n";
   if (!difference.significant()) {
     return text + fmt::format(
                       "no difference beyond both uncertainties, at k = "

@@ -257,7 +257,6 @@ Groups summarise_groups(const Views& views, const Linearisation& at, const std::
     const auto known = known_sigma(state.rig, key, options);
     if (known && !options.estimate_known_sigmas) {
       group.sigma_px = *known;
-      group.sigma_estimated = false;
       continue;
     }
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;
@@ -306,32 +305,62 @@ Expected<void> set_robust_sigmas(const Views& views, const CalibrationState& sta
   return {};
 }
 
-// Leaves the state near the optimum of the good observations, and their sigmas in the weights.
-Expected<void> converge_robustly(const Views& views, const Parameters& parameters, const BundleOptions& options,
+MinimiseOptions robust_options(const BundleOptions& options) {
+  return {.cauchy_scale = kCauchyScale,
+          .threads = options.threads,
+          .priors = options.priors,
+          .tolerance = kRobustTolerance};
+}
+
+// Leaves the state near the optimum of the good observations, and their sigmas in the weights. Whether the last round
+// came to a minimum.
+Expected<bool> converge_robustly(const Views& views, const Parameters& parameters, const BundleOptions& options,
                                  std::vector<ViewWeights>& weights, CalibrationState& state) {
-  MinimiseOptions minimise_options{.cauchy_scale = kCauchyScale,
-                                   .threads = options.threads,
-                                   .priors = options.priors,
-                                   .tolerance = kRobustTolerance};
+  MinimiseOptions minimise_options = robust_options(options);
+  bool converged = false;
   for (int round = 0;; ++round) {
-    if (const auto set = set_robust_sigmas(views, state, options, weights); !set) return set;
-    if (round == kRobustRounds) return {};
+    if (const auto set = set_robust_sigmas(views, state, options, weights); !set) return tl::unexpected(set.error());
+    if (round == kRobustRounds) return converged;
     const auto minimum = minimise(views, weights, parameters, minimise_options, state);
     if (!minimum) return tl::unexpected(minimum.error());
     minimise_options.damping = std::min(kFirstDamping, minimum->damping);
+    converged = minimum->converged;
   }
 }
 
-// Stage 1. Lenses may fold on the way; where they end up folding over what was observed, they may not.
+// Of a state that predicts all observations.
+double robust_cost(const Views& views, const Parameters& parameters, const BundleOptions& options,
+                   const std::vector<ViewWeights>& weights, CalibrationState state) {
+  MinimiseOptions as_it_is = robust_options(options);
+  as_it_is.max_iterations = 0;
+  return minimise(views, weights, parameters, as_it_is, state)->initial_cost;
+}
+
+// Stage 1. The lenses that are estimated may fold on the way. Where they end up folding over what was observed, or at
+// no minimum, the way within their folds is tried too.
 Expected<void> converge_from(const CalibrationState& start, const Views& views, const Parameters& parameters,
                              const BundleOptions& options, std::vector<ViewWeights>& weights, CalibrationState& state) {
   state = start;
-  for (Sensor& sensor : state.rig.sensors) sensor.lens = sensor.lens.past_folds();
-  const auto arrived = converge_robustly(views, parameters, options, weights, state);
-  for (Sensor& sensor : state.rig.sensors) sensor.lens = sensor.lens.within_folds();
-  if (arrived && set_robust_sigmas(views, state, options, weights)) return {};
-  state = start;
-  return converge_robustly(views, parameters, options, weights, state);
+  auto& sensors = state.rig.sensors;
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    const bool estimated = parameters.estimated({BlockId::Kind::lens, sensors[s].lens_of.value_or(s)});
+    if (estimated) sensors[s].lens = sensors[s].lens.past_folds();
+  }
+  const auto past_folds = converge_robustly(views, parameters, options, weights, state);
+  for (Sensor& sensor : sensors) sensor.lens = sensor.lens.within_folds();
+  const bool predicts = past_folds && set_robust_sigmas(views, state, options, weights);
+  if (predicts && *past_folds) return {};
+  CalibrationState other = start;
+  std::vector<ViewWeights> other_weights = weights;
+  const auto within = converge_robustly(views, parameters, options, other_weights, other);
+  if (!within && !predicts) return tl::unexpected(within.error());
+  const bool other_is_better =
+      within && (!predicts || robust_cost(views, parameters, options, other_weights, other) <
+                                  robust_cost(views, parameters, options, other_weights, state));
+  if (!other_is_better) return {};
+  state = std::move(other);
+  weights = std::move(other_weights);
+  return {};
 }
 
 std::map<GroupKey, double> sigmas_of(const std::map<GroupKey, GroupSummary>& groups) {

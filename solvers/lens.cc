@@ -74,11 +74,9 @@ SplineGrid grid_of(const mrcal_lensmodel_t& model) {
   return grid;
 }
 
-LensDomain domain_of(const mrcal_lensmodel_t& model, const std::vector<double>& parameters, bool past_folds) {
+LensDomain domain_of(const mrcal_lensmodel_t& model, const std::vector<double>& parameters) {
   if (model.type == MRCAL_LENSMODEL_CAHVOR) return LensDomain::cahvor(parameters);
-  if (!is_splined(model)) {
-    return past_folds ? LensDomain::opencv_past_fold(parameters) : LensDomain::opencv(parameters);
-  }
+  if (!is_splined(model)) return LensDomain::opencv(parameters);
   const SplineGrid grid = grid_of(model);
   // A cubic piece wants the two control points on either side; a quadratic one those nearest to it.
   const bool cubic = model.LENSMODEL_SPLINED_STEREOGRAPHIC__config.order == 3;
@@ -130,7 +128,8 @@ Lens::Lens(std::string model, ImageSize size, std::shared_ptr<const Model> share
       parameters_(std::move(parameters)),
       shared_(std::move(shared)),
       past_folds_(past_folds),
-      domain_(domain_of(shared_->mrcal, parameters_, past_folds_)) {}
+      domain_(domain_of(shared_->mrcal, parameters_)),
+      projected_(past_folds_ && is_opencv(shared_->mrcal) ? LensDomain::opencv_past_fold(parameters_) : domain_) {}
 
 Expected<Lens> Lens::create(const std::string& model, ImageSize size, std::vector<double> parameters) {
   const auto parsed = parse_model(model);
@@ -173,7 +172,7 @@ Lens Lens::past_folds() const { return Lens(model_, size_, shared_, parameters_,
 Lens Lens::within_folds() const { return Lens(model_, size_, shared_, parameters_, false); }
 
 std::optional<Eigen::Vector2d> Lens::project(const Eigen::Vector3d& point) const {
-  if (!domain_.contains(point)) return std::nullopt;
+  if (!projected_.contains(point)) return std::nullopt;
   if (is_opencv(shared_->mrcal)) return project_opencv(parameters_.data(), parameter_count(), point);
   const mrcal_point3_t p{.xyz = {point.x(), point.y(), point.z()}};
   mrcal_point2_t q;
@@ -194,12 +193,18 @@ std::optional<Projection> Lens::project_with_gradients(const Eigen::Vector3d& po
 
 bool Lens::project_into(const Eigen::Vector3d& point, Eigen::Vector2d& pixel, Matrix2x3d& d_point, double* d_u,
                         double* d_v) const {
-  if (!domain_.contains(point)) return false;
+  if (!projected_.contains(point)) return false;
+  follow(point, pixel, d_point, d_u, d_v);
+  return true;
+}
+
+void Lens::follow(const Eigen::Vector3d& point, Eigen::Vector2d& pixel, Matrix2x3d& d_point, double* d_u,
+                  double* d_v) const {
   if (is_opencv(shared_->mrcal)) {
     const OpencvProjection at = project_opencv_with_gradients(parameters_.data(), parameter_count(), point, d_u, d_v);
     pixel = at.pixel;
     d_point = at.d_point;
-    return true;
+    return;
   }
   const mrcal_point3_t p{.xyz = {point.x(), point.y(), point.z()}};
   mrcal_point2_t q;
@@ -212,7 +217,6 @@ bool Lens::project_into(const Eigen::Vector3d& point, Eigen::Vector2d& pixel, Ma
     std::copy_n(d_parameters.data(), parameters_.size(), d_u);
     std::copy_n(d_parameters.data() + parameters_.size(), parameters_.size(), d_v);
   }
-  return true;
 }
 
 // Newton's method on the projection, from the undistorted ray, every step halved until it stays in the domain and comes
@@ -220,7 +224,8 @@ bool Lens::project_into(const Eigen::Vector3d& point, Eigen::Vector2d& pixel, Ma
 std::optional<Eigen::Vector3d> Lens::ray(const Eigen::Vector2d& pixel) const {
   const Eigen::Map<const Eigen::Vector2d> focal_px(parameters_.data()), centre_px(parameters_.data() + 2);
   const auto error_at = [&](const Direction& direction, Eigen::Vector2d& error, Matrix2x3d& d_direction) {
-    if (!project_into(direction.vector, error, d_direction, nullptr, nullptr)) return false;
+    if (!domain_.contains(direction.vector)) return false;
+    follow(direction.vector, error, d_direction, nullptr, nullptr);
     error -= pixel;
     return error.allFinite();
   };

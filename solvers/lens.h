@@ -85,12 +85,12 @@ class Lens {
 
   // The same lens, projecting where the formula of OpenCV's family goes on past its fold, and back. The way from a
   // start to a lens that does not fold may lead through lenses that do, and ends at a corner beyond the fold otherwise.
-  // No light takes that way: what a refinement arrives at is for the lens within its folds to judge. Other models have
-  // nothing past theirs.
+  // No light takes that way: what a refinement arrives at is for the lens within its folds to judge. Rays stay those
+  // within the fold, and so does the domain; other models are the same.
   Lens past_folds() const;
   Lens within_folds() const;
 
-  // No value outside the domain.
+  // No value outside the domain, but as past_folds() says.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const;
   std::optional<Projection> project_with_gradients(const Eigen::Vector3d& point) const;
   // The same into the caller's memory, false outside the domain: the derivatives of the pixel's coordinates by the lens
@@ -107,6 +107,9 @@ class Lens {
 
  private:
   struct Model;
+  // As project_into, wherever the formula leads.
+  void follow(const Eigen::Vector3d& point, Eigen::Vector2d& pixel, Matrix2x3d& d_point, double* d_u,
+              double* d_v) const;
   Lens(std::string model, ImageSize size, std::shared_ptr<const Model> shared, std::vector<double> parameters,
        bool past_folds = false);
 
@@ -116,6 +119,7 @@ class Lens {
   std::shared_ptr<const Model> shared_;
   bool past_folds_;
   LensDomain domain_;
+  LensDomain projected_;  // the domain, or further
 };
 
 // "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"...: names of the parameters in mrcal's order. Empty where there

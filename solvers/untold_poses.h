@@ -15,8 +15,8 @@ namespace crumple {
 
 // Of poses with fewer than six accepted coordinates (three corners). With `try_again` the pose may be what is wrong:
 // boards get a new one, from the corners that one sensor sees of them, and all that was seen there is accepted again;
-// LEDs' stations only the latter. Without, what is left is given up and the pose held. Returns whether that changed
-// anything. `views` as make_views() makes them of the observations.
+// stations only the latter. Returns whether there were any. Without, what is left is given up and the pose held.
+// Returns whether one was that had not been. `views` as make_views() makes them of the observations.
 bool settle_untold_poses(const std::vector<std::unique_ptr<View>>& views, const Observations& observations,
                          bool try_again, std::vector<ViewWeights>& weights, CalibrationState& state,
                          std::set<BlockId>& held);

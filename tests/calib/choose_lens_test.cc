@@ -100,6 +100,13 @@ TEST(ChooseLens, TrackersAreJudgedByThemselves) {
   }
 }
 
+TEST(ChooseLens, TooFewBoardsBeforeTheTrackersAreToldAtOnce) {
+  const CalibrationData data = data_of(make_system({.stations = 8, .tracker_placements = 2}));
+  const auto choices = choose_lenses(data, {}, [] { FAIL() << "calibrated before looking"; });
+  ASSERT_FALSE(choices);
+  EXPECT_THAT(choices.error().message, testing::StartsWith("the trackers: choosing a lens model"));
+}
+
 TEST(ChooseLens, WantsPlacementsToHoldOut) {
   MadeLens made =
       made_lens(Lens::create("LENSMODEL_PINHOLE", kSize, {700, 705, 515, 380}).value(), "LENSMODEL_PINHOLE", 0.1, 1);

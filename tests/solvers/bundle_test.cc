@@ -80,8 +80,9 @@ TEST(Bundle, ObservationsAtALensesFoldStayWithinIt) {
   std::mt19937_64 generator(2);
   std::normal_distribution<double> noise_px(0, 0.5);
   for (std::size_t p = 0; p < observations.placement_count; ++p) {
-    const Eigen::Quaterniond turn = rotation_from_vector({0, 0, 0.5 * static_cast<double>(p)});
-    truth.world_from_board.push_back({turn, turn * Eigen::Vector3d(fold * 0.9999 * 400 - 80, 0, 400)});
+    const Eigen::Quaterniond turn = rotation_from_vector({0, 0, 0.8 * static_cast<double>(p)});
+    const Eigen::Quaterniond tilt = rotation_from_vector({p % 2 == 0 ? 0.5 : -0.4, p % 3 == 0 ? 0.4 : -0.3, 0});
+    truth.world_from_board.push_back({turn * tilt, turn * Eigen::Vector3d(fold * 400 - 60, -30, 400)});
     truth.board_of.push_back(0);
     CornerView view{0, p, {}, {}};
     for (int i = 0; i < truth.boards[0].point_count(); ++i) {
@@ -93,10 +94,10 @@ TEST(Bundle, ObservationsAtALensesFoldStayWithinIt) {
     }
     observations.corners.push_back(view);
   }
-  const auto result = refine(truth, observations, {.held = {{BlockId::Kind::lens, 0}}});
+  const auto result = refine(truth, observations, {});
   ASSERT_TRUE(result) << result.error().message;
   const Lens& found = result->state.rig.sensors[0].lens;
-  EXPECT_EQ(found.domain().largest_slope(), fold);
+  EXPECT_NEAR(found.domain().largest_slope(), fold, 0.02);
   for (const CornerView& view : observations.corners) {
     for (const int corner : view.corners) {
       EXPECT_TRUE(found.project(result->state.world_from_board[view.placement] * result->state.boards[0].point(corner)))

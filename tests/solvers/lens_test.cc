@@ -201,6 +201,14 @@ TEST(Lens, CanBeFollowedPastItsFold) {
   // A pixel's ray stays the one on this side.
   EXPECT_EQ(lens.past_folds().ray({512 + 150, 384}).value(), lens.ray({512 + 150, 384}).value());
   EXPECT_FALSE(lens.past_folds().ray({512 + 250, 384}));
+  // Its start, the undistorted ray, lies past the fold.
+  const Lens spread = Lens::create("LENSMODEL_OPENCV5", kSize, {500, 500, 512, 384, 0.5, -0.1, 0, 0, 0}).value();
+  const double fold = spread.domain().largest_slope();
+  for (const double share : {0.7, 0.85, 0.99}) {
+    const Eigen::Vector3d direction(share * fold, 0, 1);
+    const Eigen::Vector2d seen = spread.project(direction).value();
+    EXPECT_LT((spread.past_folds().ray(seen).value() - direction).norm(), 1e-8) << share;
+  }
   const Lens pole = Lens::create("LENSMODEL_OPENCV8", kSize, {500, 500, 512, 384, 0, 0, 0, 0, 0, -1, 0, 0}).value();
   EXPECT_FALSE(pole.past_folds().project({1.001, 0, 1}));
 }
