@@ -1,9 +1,9 @@
 // The joint refinement: the state that explains all observations best, which of them are outliers, how large the noise
 // of each group is, and the covariance that follows.
 //
-//   1. Robust: Cauchy loss, sigma of each group from the median of its residuals, repeated until that settles. On the
-//   way
-//      lenses that are estimated may fold inside what was observed (Lens::past_folds).
+//   1. Robust (solvers/robust_stage.h): Cauchy loss, sigma of each group from the median of its residuals, repeated
+//      until that settles. On the way lenses that are estimated may fold inside what was observed
+//      (Lens::past_folds).
 //   2. Gate and solve: an observation is an outlier where its squared residual, standardised by its own redundancy,
 //      r' (I - J C J')^-1 r / sigma^2, exceeds the gate: 16 in two dimensions, and in one the 12.87 that clean data
 //      exceeds equally often (3.4 in 10,000); more where sigma is known from few observations (solvers/gate.h), it
