@@ -202,6 +202,7 @@ Groups summarise_groups(const Views& views, const Linearisation& at, const std::
     const auto known = known_sigma(state.rig, key, options);
     if (known && !options.estimate_known_sigmas) {
       group.sigma_px = *known;
+      group.sigma_estimated = false;
       continue;
     }
     group.sigma_estimated = own.redundancy >= options.minimum_redundancy;

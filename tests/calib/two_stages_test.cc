@@ -22,14 +22,14 @@ struct Stages {
   Observations first, second, together;
 };
 
-Stages stages(int stations, double noise) {
+Stages stages(int stations, double noise, unsigned seed) {
   Stages result{make_system({.stations = stations,
                              .placements = 2,
                              .tracker_placements = stations / 2,
                              .led_sigma_px = 0.05 * noise,
                              .corner_sigma_px = 0.1 * noise,
                              .stripe_sigma_px = 0.1 * noise,
-                             .seed = 5}),
+                             .seed = seed}),
                 {},
                 {},
                 {}};
@@ -131,7 +131,7 @@ LinearFit linear_fit(const Observations& observations, const CalibrationState& t
 
 TEST(TwoStages, AreOneWhereTheModelIsLinear) {
   constexpr double kNoise = 1e-5;
-  const Stages data = stages(10, kNoise);
+  const Stages data = stages(10, kNoise, 5);
   BundleOptions noise = known_noise(kNoise);
   const LinearFit together = linear_fit(data.together, data.made.truth, noise);
   const LinearFit first = linear_fit(data.first, data.made.truth, noise);
@@ -145,28 +145,31 @@ TEST(TwoStages, AreOneWhereTheModelIsLinear) {
   EXPECT_LT(found.covariance, 1e-6);
 }
 
-// With 0.05 to 0.1 px of noise the prior, a parabola, is no longer all that the first stage's observations say: in
-// eight campaigns the answers were 0.017 sigma apart RMS (0.11 the worst parameter), entries of the covariance up
-// to 2.4 %.
+// The prior, a parabola, is not quite all that the first stage's observations say: it differs the more, the less they
+// know. With half the stations, or twice the noise, one campaign in ten is beyond.
 TEST(TwoStages, AgreeWithinTwoPercentWithNoise) {
-  const Stages data = stages(24, 1);
-  BundleOptions options = known_noise(1);
-  const auto together = refine(data.made.truth, data.together, options);
-  ASSERT_TRUE(together) << together.error().message;
-  const auto first = refine(data.made.truth, data.first, options);
-  ASSERT_TRUE(first) << first.error().message;
-  const auto known = rig_prior(rig_of_cameras(first->state, first->covariance), data.made.truth, data.second);
-  ASSERT_TRUE(known) << known.error().message;
-  options.held = known->held;
-  options.priors = {known->prior};
-  const auto second = refine(known->state, data.second, options);
-  ASSERT_TRUE(second) << second.error().message;
-  const auto views = make_views(data.second, data.made.truth.board_of);
-  const Parameters parameters(data.made.truth, views, held_blocks());
-  const Differences found =
-      differences(together->state, together->covariance, second->state, second->covariance, parameters);
-  EXPECT_LT(found.answer.norm() / std::sqrt(static_cast<double>(found.answer.size())), 0.02);
-  EXPECT_LT(found.covariance, 0.02);
+  constexpr double kNoise = 0.5;  // corners and stripes of 0.05 px, LEDs of 0.025 px
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    const Stages data = stages(48, kNoise, seed);
+    BundleOptions options = known_noise(kNoise);
+    const auto together = refine(data.made.truth, data.together, options);
+    ASSERT_TRUE(together) << together.error().message;
+    const auto first = refine(data.made.truth, data.first, options);
+    ASSERT_TRUE(first) << first.error().message;
+    const auto known = rig_prior(rig_of_cameras(first->state, first->covariance), data.made.truth, data.second);
+    ASSERT_TRUE(known) << known.error().message;
+    options.held = known->held;
+    options.priors = {known->prior};
+    const auto second = refine(known->state, data.second, options);
+    ASSERT_TRUE(second) << second.error().message;
+    const auto views = make_views(data.second, data.made.truth.board_of);
+    const Parameters parameters(data.made.truth, views, held_blocks());
+    const Differences found =
+        differences(together->state, together->covariance, second->state, second->covariance, parameters);
+    EXPECT_LT(found.answer.norm() / std::sqrt(static_cast<double>(found.answer.size())), 0.02);
+    EXPECT_LT(found.covariance, 0.02);
+  }
 }
 
 }  // namespace

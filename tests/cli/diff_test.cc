@@ -40,6 +40,21 @@ TEST(DiffVerb, NamesWhatMovedAndWritesIt) {
   }
 }
 
+TEST(DiffVerb, SaysWhichFlagsComparePairsWhoseAxesDoNotMeet) {
+  const TemporaryFolder home;
+  Rig rig = read_rig(kRig).value();
+  Pose& pose = rig.sensors[1].sensor_from_mount;
+  const Pose turn{Eigen::Quaterniond(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitY())), Eigen::Vector3d::Zero()};
+  pose = turn * pose;
+  std::filesystem::create_directory(home / "turned");
+  ASSERT_TRUE(write_rig(home / "turned", rig));
+  const std::string turned = "'" + (home / "turned").string() + "' ";
+  const ProgramRun run = run_program("diff " + turned + turned);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("not compared: cam0 and proj0: their axes do not meet"));
+  EXPECT_THAT(run.out, HasSubstr("say with --near_mm and --far_mm where pairs measure"));
+}
+
 TEST(DiffVerb, RefusesWhatCannotBeCompared) {
   const ProgramRun half = run_program("diff " + kRig + " " + kRig + " --near_mm=500");
   EXPECT_EQ(half.exit_code, 2);

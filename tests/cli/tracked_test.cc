@@ -1,4 +1,7 @@
 // A tracked probe from images to poses: rendered, calibrated together with its trackers, tracked.
+#include <map>
+#include <string>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,6 +35,23 @@ TEST(TrackedSystemVerbs, CalibrateRefinesEverythingTogether) {
   EXPECT_THAT(rig, HasSubstr("sensor_from_world"));
   EXPECT_THAT(content_of(system.rig() + "/placements.yaml"), HasSubstr("world_from_probe"));
   EXPECT_THAT(content_of(system.rig() + "/residuals.csv"), HasSubstr("wand_1,tracker0,tracker0,leds,0,"));
+}
+
+TEST(TrackedSystemVerbs, CalibrateChoosesALensForEachKindOfSensor) {
+  const TrackedSystem& system = TrackedSystem::get();
+  const TemporaryFolder out;
+  const ProgramRun run =
+      run_program("calibrate '" + system.capture() + "/capture.yaml' --lens=auto --nooverlays --json --out='" +
+                  (out / "rig").string() + "'");
+  ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
+  const json summary = json::parse(run.out);
+  std::map<std::string, std::string> model_of;
+  for (const json& choice : summary["lens_choice"]) model_of[choice["kind"]] = choice["model"];
+  ASSERT_EQ(model_of.size(), 2U);
+  const Rig rig = read_rig(out / "rig").value();
+  for (const Sensor& sensor : rig.sensors) {
+    EXPECT_EQ(sensor.lens.model(), model_of[sensor.mount == Mount::world ? "tracker" : "camera"]) << sensor.name;
+  }
 }
 
 TEST(TrackedSystemVerbs, TrackPosesEveryStationThatShowsLeds) {
