@@ -174,21 +174,40 @@ HeldPose held_pose(const CalibrationState& state, const ObservedStation& station
 
 double quadratic(const Eigen::RowVectorXd& row, const Eigen::MatrixXd& covariance) { return row.dot(row * covariance); }
 
+// What the source is called that a block of the rig belongs to.
+std::string source_of(const BlockId& block, const Rig& rig) {
+  if (block.kind == BlockId::Kind::led) return "rig: hand-eye (LEDs on the probe)";
+  const Sensor& sensor = rig.sensors[block.index];
+  if (sensor.mount == Mount::probe) return sensor.kind == SensorKind::projector ? "rig: projector" : "rig: camera";
+  return block.kind == BlockId::Kind::lens ? "rig: lenses of the trackers" : "rig: places of the trackers";
+}
+
+// The trackers' scale is the factor common to their distances from the first one, by least squares over their
+// translations. Of `row`: what goes through that factor alone, as a row by the mounts.
+Eigen::RowVectorXd through_tracker_scale(const Eigen::RowVectorXd& row, const Layout& layout, const Rig& rig) {
+  Eigen::RowVectorXd stretch = Eigen::RowVectorXd::Zero(layout.size);
+  for (const BlockId& block : layout.blocks) {
+    if (block.kind != BlockId::Kind::mount || rig.sensors[block.index].mount != Mount::world) continue;
+    stretch.segment<3>(layout.columns.at(block) + 3) = rig.sensors[block.index].sensor_from_mount.translation;
+  }
+  return row.dot(stretch) / stretch.squaredNorm() * stretch;
+}
+
 // Of the rig's sources, by themselves: what is correlated between them makes up a line of its own.
 void add_rig_budget(const Eigen::RowVectorXd& row, const Eigen::MatrixXd& covariance, const Layout& layout,
                     const Rig& rig, Way& way) {
   std::map<std::string, Eigen::RowVectorXd> sources;
   for (const BlockId& block : layout.blocks) {
     const bool led = block.kind == BlockId::Kind::led;
-    const std::string source = led                                              ? "rig: hand-eye (LEDs on the probe)"
-                               : rig.sensors[block.index].mount == Mount::world ? "rig: trackers"
-                                                                                : "rig: camera and projector";
-    auto [found, is_new] = sources.try_emplace(source, Eigen::RowVectorXd::Zero(layout.size));
+    auto [found, is_new] = sources.try_emplace(source_of(block, rig), Eigen::RowVectorXd::Zero(layout.size));
     const auto size = led                                  ? 3
                       : block.kind == BlockId::Kind::mount ? 6
                                                            : rig.sensors[block.index].lens.parameter_count();
     found->second.segment(layout.columns.at(block), size) = row.segment(layout.columns.at(block), size);
   }
+  const Eigen::RowVectorXd by_scale = through_tracker_scale(row, layout, rig);
+  sources.at("rig: places of the trackers") -= by_scale;
+  sources.emplace("rig: scale of the trackers", by_scale);
   double rest = quadratic(row, covariance);
   for (const auto& [source, part] : sources) {
     const double variance = quadratic(part, covariance);

@@ -2,8 +2,8 @@
 // each, taken in turns, and as many sound ones as false alarms need. Seeds are fixed, every campaign counts.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
+#include <regex>
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
@@ -30,11 +30,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Judged {
-  bool alarm = false;
-  bool named = false;
-  bool too_small = false;  // to be found, and said to be
+  bool said = false;            // anything as a reason
+  bool fault_named = false;     // of any kind, whether there or not, in a reason or a note
+  bool named = false;           // the fault that is there
+  bool would_not_show = false;  // it was said that a fault of this size would not
   std::vector<std::string> reasons;
   std::vector<std::string> notes;
+
+  bool alarm() const { return said || fault_named; }
 };
 
 // What a person is told: the verdict's reasons, or why there is no calibration.
@@ -53,76 +56,97 @@ std::vector<std::string> told(const CalibrationData& data, const std::optional<C
   if (const auto swapped = find_swapped_axes(data, options, &*calibration)) reasons.push_back(*swapped);
   if (!later) return reasons;
   const auto check = check_rig(*later, {.rig = calibrated_rig(*calibration)}, 1);
-  if (!check) return {check.error().message};
+  if (!check) {
+    reasons.push_back(check.error().message);
+    return reasons;
+  }
   for (const PartCheck& part : check->parts) {
     if (part.block.kind == BlockId::Kind::led && part.would_show_mm)
       notes.push_back(fmt::format("a move would show from {} mm on of {}", *part.would_show_mm, part.name));
   }
   for (const PartChange& change : check->changed) {
     reasons.push_back(check->parts[change.part].name + " changed by " + check->parts[change.part].how_far);
-    for (const std::size_t other : change.or_else) reasons.push_back("or " + check->parts[other].name);
+    for (const std::size_t other : change.or_else) reasons.back() += "; or " + check->parts[other].name;
   }
   return reasons;
 }
 
-// The share from which on a wrong pitch of the first board would show, as the notes say; 0 where they do not.
-double pitch_that_would_show(const std::vector<std::string>& notes) {
+// The number that the expression's group holds in the first note that it is found in; 0 where there is none.
+double number_in(const std::vector<std::string>& notes, const std::string& expression) {
+  const std::regex with_number(expression);
   for (const std::string& note : notes) {
-    double percent = 0;
-    if (std::sscanf(note.c_str(), "a wrong pitch would show from %lf %% on of board 'board'", &percent) == 1) {
-      return percent / 100;
-    }
+    std::smatch match;
+    if (std::regex_search(note, match, with_number)) return std::stod(match[1]);
   }
   return 0;
 }
 
-// The shift from which on a move of an LED, "LED a", would show; 0 where the notes do not say.
-double move_that_would_show(const std::vector<std::string>& notes, const std::string& led) {
-  for (const std::string& note : notes) {
-    double shift_mm = 0;
-    int end = 0;
-    if (std::sscanf(note.c_str(), "a move would show from %lf mm on of %n", &shift_mm, &end) == 1 &&
-        note.substr(static_cast<std::size_t>(end)) == led) {
-      return shift_mm;
-    }
+bool said_in(const std::vector<std::string>& sentences, const std::string& expression) {
+  return std::any_of(sentences.begin(), sentences.end(), [words = std::regex(expression)](const std::string& sentence) {
+    return std::regex_search(sentence, words);
+  });
+}
+
+// Whether the notes say of the fault that it would not show: of the only board that nothing could contradict its size,
+// of one beside another and of a move that it would show from more on than there is.
+bool said_not_to_show(const FaultyCampaign& campaign, const std::vector<std::string>& notes) {
+  if (campaign.stretch != 0 && campaign.data.boards.size() == 1) {
+    return said_in(notes, "nothing here could contradict the size of board 'board': a wrong pitch would not show");
   }
-  return 0;
+  if (campaign.stretch != 0) {
+    return number_in(notes, "a wrong pitch would show.* from ([0-9.e+-]+) % on of board 'board'") >
+           100 * std::abs(campaign.stretch);
+  }
+  if (campaign.moved_mm == 0) return false;
+  return number_in(notes, "a move would show from ([0-9.e+-]+) mm on of " + campaign.moved_led + "$") >
+         campaign.moved_mm;
 }
 
 Judged judge_campaign(Fault fault, unsigned seed) {
   const FaultyCampaign campaign = make_faulty(fault, seed);
   Judged judged;
   judged.reasons = told(campaign.data, campaign.later, judged.notes);
-  judged.alarm = !judged.reasons.empty();
-  const auto names_it = [&](const std::string& said) {
-    return std::any_of(campaign.named_by.begin(), campaign.named_by.end(),
-                       [&](const std::string& words) { return said.find(words) != std::string::npos; });
-  };
-  judged.too_small =
-      (campaign.stretch != 0 && pitch_that_would_show(judged.notes) > std::abs(campaign.stretch)) ||
-      (campaign.moved_mm != 0 && move_that_would_show(judged.notes, campaign.named_by.front()) > campaign.moved_mm);
-  judged.named = std::any_of(judged.reasons.begin(), judged.reasons.end(), names_it) ||
-                 std::any_of(judged.notes.begin(), judged.notes.end(), names_it);
+  judged.said = !judged.reasons.empty();
+  std::vector<std::string> sentences = judged.reasons;
+  sentences.insert(sentences.end(), judged.notes.begin(), judged.notes.end());
+  judged.fault_named = std::any_of(sentences.begin(), sentences.end(), names_a_fault);
+  judged.named = !campaign.named_by.empty() &&
+                 std::all_of(campaign.named_by.begin(), campaign.named_by.end(),
+                             [&](const std::string& expression) { return said_in(sentences, expression); });
+  judged.would_not_show = !judged.named && said_not_to_show(campaign, judged.notes);
   return judged;
 }
 
 struct Tally {
   int campaigns = 0;
-  int found = 0;
+  int said = 0;
+  int fault_named = 0;
+  int alarms = 0;
   int named = 0;
-  int too_small = 0;
+  int would_not_show = 0;
+
+  void add(const Judged& judged) {
+    ++campaigns;
+    said += judged.said ? 1 : 0;
+    fault_named += judged.fault_named ? 1 : 0;
+    alarms += judged.alarm() ? 1 : 0;
+    named += judged.named ? 1 : 0;
+    would_not_show += judged.would_not_show ? 1 : 0;
+  }
 };
 
 Json print_tally(const char* name, const Tally& tally) {
   const double share = 100.0 / std::max(1, tally.campaigns);
-  const int told = tally.named + tally.too_small;
-  fmt::print("| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) | {} | {:.1f} % |\n", name, tally.campaigns, tally.found,
-             tally.found * share, tally.named, tally.named * share, tally.too_small, told * share);
+  fmt::print("| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) | {} ({:.1f} %) | {} | {:.1f} % |\n", name, tally.campaigns,
+             tally.said, tally.said * share, tally.fault_named, tally.fault_named * share, tally.named,
+             tally.named * share, tally.would_not_show, (tally.named + tally.would_not_show) * share);
   return {{"fault", name},
           {"campaigns", tally.campaigns},
-          {"found", tally.found},
+          {"something_said", tally.said},
+          {"some_fault_named", tally.fault_named},
+          {"either", tally.alarms},
           {"named", tally.named},
-          {"said_to_be_too_small", tally.too_small}};
+          {"said_not_to_show", tally.would_not_show}};
 }
 
 int run() {
@@ -148,13 +172,9 @@ int run() {
   for (std::size_t i = 0; i < plan.size(); ++i) {
     if (!wanted(i)) continue;
     for (Tally* tally : {&tallies[plan[i]], &all}) {
-      if (tally == &all && plan[i] == Fault::none) continue;
-      ++tally->campaigns;
-      tally->found += judged[i].alarm ? 1 : 0;
-      tally->named += judged[i].named ? 1 : 0;
-      tally->too_small += judged[i].too_small && !judged[i].named ? 1 : 0;
+      if (tally != &all || plan[i] != Fault::none) tally->add(judged[i]);
     }
-    const bool as_it_should = plan[i] == Fault::none ? !judged[i].alarm : judged[i].named;
+    const bool as_it_should = plan[i] == Fault::none ? !judged[i].alarm() : judged[i].named || judged[i].would_not_show;
     if (!FLAGS_reasons || as_it_should) continue;
     fmt::print(stderr, "seed {}, {}:\n", FLAGS_first_seed + static_cast<int>(i), name_of(plan[i]));
     for (const std::string& reason : judged[i].reasons) fmt::print(stderr, "  - {}\n", reason);
@@ -162,10 +182,14 @@ int run() {
   }
   Json rows = Json::array();
   fmt::print(
-      "| fault | campaigns | something was said | it was named | said to be too small | named or said |\n"
-      "|---|---:|---:|---:|---:|---:|\n");
+      "| fault | campaigns | something was said | a fault of any kind was named | it was named | "
+      "said that it would not show | named or said |\n|---|---:|---:|---:|---:|---:|---:|\n");
   for (const auto& [fault, tally] : tallies) rows.push_back(print_tally(name_of(fault), tally));
   rows.push_back(print_tally("all faults", all));
+  if (const auto sound = tallies.find(Fault::none); sound != tallies.end()) {
+    fmt::print("\nfalse alarms, something said or a fault named in a note: {} of {} sound campaigns ({:.1f} %)\n",
+               sound->second.alarms, sound->second.campaigns, 100.0 * sound->second.alarms / sound->second.campaigns);
+  }
   const auto text = json_text(Json{{"first_seed", FLAGS_first_seed}, {"rows", rows}});
   return text && write_file(FLAGS_out, *text) ? 0 : 1;
 }

@@ -4,6 +4,10 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <regex>
+#include <set>
+
+#include <fmt/format.h>
 
 #include "calib/swapped_axes.h"
 #include "recon/patterns.h"
@@ -17,6 +21,18 @@ namespace crumple {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr int kBits = 10;  // of the Gray code of columns, and of rows
+
+// A coordinate as it is decoded where each pattern from the bit `first_late` on (0: the coarsest) shows the one before
+// it: bits of the Gray code that are shifted by one. What is left of a stripe counts as further, finer bits of it.
+// `shown_before`: the bit that the pattern before the coarsest shows.
+double read_late(double coordinate_px, int first_late, bool shown_before) {
+  constexpr int kFraction = 8, kAll = kBits + kFraction;
+  const unsigned code = gray_from_binary(static_cast<unsigned>(std::lround((coordinate_px + 0.5) * (1 << kFraction))));
+  const unsigned late = (1U << (kAll - first_late)) - 1;
+  const unsigned first = first_late == 0 && shown_before ? 1U << (kAll - 1) : 0;
+  return static_cast<double>(binary_from_gray((code & ~late) | (code >> 1 & late) | first)) / (1 << kFraction) - 0.5;
+}
 
 class Campaign {
  public:
@@ -42,8 +58,9 @@ class Campaign {
     campaign_.data = data_of(made_);
     if (fault_ == Fault::swapped_axes) {
       campaign_.data = with_swapped_axes(std::move(campaign_.data));
-      campaign_.named_by = {"columns and rows are exchanged"};
+      campaign_.named_by = {said_of(fault_)};
     }
+    if (fault_ == Fault::wrong_pitch_one_board) campaign_.data.boards.pop_back();
     return std::move(campaign_);
   }
 
@@ -62,19 +79,23 @@ class Campaign {
       case Fault::board_warp:
         return bend_the_board();
       case Fault::wrong_pitch:
+        campaign_.named_by = {said_of(fault_, "board 'board'")};
+        return stretch_the_board();
+      case Fault::wrong_pitch_one_board:
+        show_one_board();
         return stretch_the_board();
       case Fault::polarity:
         return shift_edges();
+      case Fault::none:
       case Fault::moved_led:
-        return move_an_led();
+        return capture_later();
       case Fault::nudged_tracker:
         return nudge_a_tracker();
       case Fault::lost_sync:
         return lose_step();
       case Fault::too_few_tilts:
-        campaign_.named_by = {"the board's tilts", "tilt the board"};
+        campaign_.named_by = {said_of(fault_)};
         return;
-      case Fault::none:
       case Fault::swapped_axes:
       case Fault::bad_view:
         return;
@@ -138,14 +159,19 @@ class Campaign {
       displaced(*views[corner_count + v], points,
                 [&](std::size_t i, const Eigen::VectorXd& by) { view.coordinates_px[i] += by[0]; });
     }
-    campaign_.named_by = {"board 'board' is bent"};
+    campaign_.named_by = {said_of(fault_, "board 'board'")};
   }
 
   void stretch_the_board() {
     campaign_.stretch = sign() * real(0.0015, 0.003);
     made_.truth.boards[0].scale *= 1 + campaign_.stretch;
     made_.observations = predicted_observations(made_.truth, made_.observations);
-    campaign_.named_by = {"the pitch of board"};
+  }
+
+  // The trackers are shown the probe's board, as many of its corners as the larger one has.
+  void show_one_board() {
+    made_.truth.boards.pop_back();
+    std::fill(made_.truth.board_of.begin(), made_.truth.board_of.end(), 0);
   }
 
   void shift_edges() {
@@ -157,22 +183,26 @@ class Campaign {
         coordinate_px += rises ? shift_px : -shift_px;
       }
     }
-    campaign_.named_by = {"rising edges of stripes"};
+    campaign_.named_by = {said_of(fault_)};
   }
 
-  void move_an_led() {
+  // With the same rig, or with one of its LEDs moved.
+  void capture_later() {
     MadeSystemOptions few = options_;
     few.stations = whole(6, 10);
     few.tracker_placements = 2;
     few.seed = options_.seed + 100000;
     MadeSystem later = make_system(few);
-    Led& led = later.truth.rig.leds[one_of(later.truth.rig.leds.size())];
-    campaign_.moved_mm = 0.3;
-    led.position_mm += campaign_.moved_mm * direction();
-    later.observations = predicted_observations(later.truth, later.observations);
+    if (fault_ == Fault::moved_led) {
+      Led& led = later.truth.rig.leds[one_of(later.truth.rig.leds.size())];
+      campaign_.moved_mm = 0.3;
+      led.position_mm += campaign_.moved_mm * direction();
+      later.observations = predicted_observations(later.truth, later.observations);
+      campaign_.moved_led = "LED " + led.name;
+      campaign_.named_by = {said_of(fault_, campaign_.moved_led)};
+    }
     add_noise(noise_, random_, later.observations);
     campaign_.later = data_of(later);
-    campaign_.named_by = {"LED " + led.name};
   }
 
   void nudge_a_tracker() {
@@ -189,21 +219,43 @@ class Campaign {
       const LedView& view = after.leds[v];
       if (view.sensor == tracker && view.station && *view.station >= since) made_.observations.leds[v] = view;
     }
-    // Of two trackers either may have been.
-    const std::string name = made_.truth.rig.sensors[tracker].name;
-    campaign_.named_by = {name + " was moved", name + " stood elsewhere", "or it is " + name};
+    campaign_.named_by = {said_of(fault_, made_.truth.rig.sensors[tracker].name)};
   }
 
+  // Columns come first, then rows, whose coarsest pattern then shows the finest of the columns. What names no row of
+  // the panel is no reading.
   void lose_step() {
     const int count = whole(1, 3);
-    for (int i = 0; i < count; ++i) {
-      const std::size_t station = one_of(static_cast<std::size_t>(options_.stations));
-      for (StripeView& view : made_.observations.stripes) {
-        if (view.station != station) continue;
-        for (double& coordinate_px : view.coordinates_px) coordinate_px *= 0.5;
+    std::set<std::size_t> lost;
+    for (int i = 0; i < count; ++i) lost.insert(one_of(static_cast<std::size_t>(options_.stations)));
+    for (const std::size_t station : lost) {
+      const int first_late = whole(0, 2 * kBits - 1);
+      const bool white_before = whole(0, 1) == 1;
+      std::vector<StripeView>& stripes = made_.observations.stripes;
+      for (std::size_t v = 0; v + 1 < stripes.size(); v += 2) {
+        if (stripes[v].station == station) read_late_from(first_late, white_before, stripes[v], stripes[v + 1]);
       }
+      campaign_.named_by.push_back(said_of(fault_, fmt::format("station_{}( \\(.*\\))?", station)));
     }
-    campaign_.named_by = {"out of step"};
+  }
+
+  void read_late_from(int first_late, bool white_before, StripeView& columns, StripeView& rows) const {
+    const int height_px = made_.truth.rig.sensors[rows.projector].lens.size().height_px;
+    const StripeView exact_columns = columns, exact_rows = rows;
+    for (StripeView* view : {&columns, &rows}) {
+      view->camera_pixels.clear();
+      view->coordinates_px.clear();
+    }
+    for (std::size_t i = 0; i < exact_columns.coordinates_px.size(); ++i) {
+      const double column_px = exact_columns.coordinates_px[i];
+      const bool finest = (gray_from_binary(static_cast<unsigned>(column_px + 0.5)) & 1U) != 0;
+      const double row_px = read_late(exact_rows.coordinates_px[i], std::max(0, first_late - kBits), finest);
+      if (row_px > height_px - 0.5) continue;
+      columns.camera_pixels.push_back(exact_columns.camera_pixels[i]);
+      rows.camera_pixels.push_back(exact_rows.camera_pixels[i]);
+      columns.coordinates_px.push_back(first_late < kBits ? read_late(column_px, first_late, white_before) : column_px);
+      rows.coordinates_px.push_back(row_px);
+    }
   }
 
   void spoil_a_view() {
@@ -226,9 +278,10 @@ class Campaign {
       view.corners = corners;
       view.pixels = pixels;
     }
-    const std::string place = "placement_" + std::to_string(view.placement);
-    const std::string station = view.station ? "station_" + std::to_string(*view.station) : place;
-    campaign_.named_by = {"station " + station + " (placement " + place + ") is bad", "station " + station + " is bad"};
+    const std::string name =
+        view.station ? fmt::format("station_{}( \\(placement placement_{}\\))?", *view.station, view.placement)
+                     : fmt::format("placement_{}", view.placement);
+    campaign_.named_by = {said_of(fault_, name)};
   }
 
   Fault fault_;
@@ -242,9 +295,9 @@ class Campaign {
 }  // namespace
 
 const std::vector<Fault>& all_faults() {
-  static const std::vector<Fault> all{Fault::board_warp,     Fault::wrong_pitch, Fault::polarity,
-                                      Fault::swapped_axes,   Fault::bad_view,    Fault::moved_led,
-                                      Fault::nudged_tracker, Fault::lost_sync,   Fault::too_few_tilts};
+  static const std::vector<Fault> all{
+      Fault::board_warp, Fault::wrong_pitch, Fault::wrong_pitch_one_board, Fault::polarity,  Fault::swapped_axes,
+      Fault::bad_view,   Fault::moved_led,   Fault::nudged_tracker,        Fault::lost_sync, Fault::too_few_tilts};
   return all;
 }
 
@@ -256,6 +309,8 @@ const char* name_of(Fault fault) {
       return "board bent by 0.2 mm";
     case Fault::wrong_pitch:
       return "wrong pitch";
+    case Fault::wrong_pitch_one_board:
+      return "wrong pitch, one board";
     case Fault::polarity:
       return "gamma without inverse patterns";
     case Fault::swapped_axes:
@@ -272,6 +327,41 @@ const char* name_of(Fault fault) {
       return "too few tilts";
   }
   return "";
+}
+
+std::string said_of(Fault fault, const std::string& part) {
+  // Of parts that cannot be told apart one is named, and the others are after it.
+  const std::string or_it_is = ".*; or (it is )?" + part + "(;|$)";
+  switch (fault) {
+    case Fault::none:
+      return "";
+    case Fault::board_warp:
+      return part + " is bent by| is bent by" + or_it_is;
+    case Fault::wrong_pitch:
+    case Fault::wrong_pitch_one_board:
+      return "the pitch of " + part + " is off by|the pitch of .* is off by" + or_it_is;
+    case Fault::polarity:
+      return "rising edges of stripes are off by";
+    case Fault::swapped_axes:
+      return "columns and rows are exchanged";
+    case Fault::bad_view:
+      return "station " + part + " is bad in";
+    case Fault::moved_led:
+      return part + " changed by| changed by" + or_it_is;
+    case Fault::nudged_tracker:
+      return part + " (was moved by|stood elsewhere)| was moved by" + or_it_is;
+    case Fault::lost_sync:
+      return "station " + part + " is bad in .* out of step";
+    case Fault::too_few_tilts:
+      // Not "put or tilt the board there", which is where no view covers a part of an image.
+      return "the board's tilts|two different tilts|: tilt the board";
+  }
+  return "";
+}
+
+bool names_a_fault(const std::string& sentence) {
+  return std::any_of(all_faults().begin(), all_faults().end(),
+                     [&](Fault fault) { return std::regex_search(sentence, std::regex(said_of(fault))); });
 }
 
 FaultyCampaign make_faulty(Fault fault, unsigned seed) { return Campaign(fault, seed).make(); }

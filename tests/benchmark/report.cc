@@ -32,7 +32,8 @@ void report(const std::string& name, const std::vector<BenchRow>& rows) {
   json["rows"] = nlohmann::ordered_json::array();
   fmt::print("| work | peer | ours, s | peer, s | ratio |\n|---|---|---|---|---|\n");
   for (const BenchRow& row : rows) {
-    nlohmann::ordered_json entry{{"name", row.name}, {"peer", row.peer}, {"ours_s", row.ours_s}};
+    nlohmann::ordered_json entry{
+        {"name", row.name}, {"peer", row.peer}, {"ours_s", row.ours_s}, {"peer_s", nullptr}, {"ratio", nullptr}};
     if (row.peer.empty()) {
       fmt::print("| {} | | {:.4f} | | |\n", row.name, row.ours_s);
     } else {

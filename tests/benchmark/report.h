@@ -23,7 +23,7 @@ BenchRow in_turns(const std::string& name, const std::string& peer, int turns, c
 // Seconds that a call takes.
 double seconds_of(const std::function<void()>& work);
 
-// Prints a Markdown table and writes out/bench/NAME.json; rows without a peer leave its columns empty.
+// Prints a Markdown table and writes out/bench/NAME.json; rows without a peer leave its columns empty, null in JSON.
 void report(const std::string& name, const std::vector<BenchRow>& rows);
 
 }  // namespace crumple

@@ -1,5 +1,5 @@
 // What uncertainty costs, beside the peers, from solved problems in memory: the joint covariance of the whole chain,
-// and maps of the projection uncertainty.
+// maps of the projection uncertainty, and the covariance of a million points.
 #include <cmath>
 #include <exception>
 #include <stdexcept>
@@ -13,6 +13,7 @@
 #include "tests/benchmark/ceres_covariance.h"
 #include "tests/benchmark/made_campaign.h"
 #include "tests/benchmark/mrcal_peer.h"
+#include "tests/benchmark/point_rows.h"
 #include "tests/benchmark/report.h"
 #include "tests/solvers/made_system.h"
 
@@ -155,6 +156,8 @@ void run() {
   chain(rows);
   maps("LENSMODEL_OPENCV8", true, rows);
   maps("LENSMODEL_OPENCV5", false, rows);
+  const std::vector<BenchRow> points = point_rows(1000000, FLAGS_turns, FLAGS_threads);
+  rows.insert(rows.end(), points.begin(), points.end());
   report("uncertainty", rows);
 }
 
