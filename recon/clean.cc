@@ -47,7 +47,10 @@ class Cleaner {
       count(verdicts_[i], result.removed);
       if (verdicts_[i] != Verdict::kept) continue;
       result.cloud.points.push_back(points_[i]);
-      if (points_[i].normal.isZero(0)) result.cloud.points.back().normal = normals_[i];
+      // At a rim a grid's own normal may stand across the surface that the neighbours lie on.
+      if (points_[i].normal.isZero(0) || grazes(points_[i].normal.cast<double>(), i)) {
+        result.cloud.points.back().normal = normals_[i];
+      }
       spacings.push_back(reach_[i]);
     }
     if (spacings.empty()) return result;
@@ -113,8 +116,13 @@ class Cleaner {
     const double own =
         std::max(normal.dot(point.covariance_mm2.cast<double>() * normal), least_clean_sigma_mm * least_clean_sigma_mm);
     if (off * off > options_.gate * (own + local.scatter_mm2)) return Verdict::off_surface;
-    if (-normal.dot(ray) < std::cos(options_.largest_incidence_rad)) return Verdict::grazing;
+    if (grazes(normal, i)) return Verdict::grazing;
     return gap(i, normal) > options_.largest_gap_rad ? Verdict::edge : Verdict::kept;
+  }
+
+  bool grazes(const Eigen::Vector3d& normal, std::size_t i) const {
+    const Eigen::Vector3d ray = (points_[i].position_mm - viewer_).normalized();
+    return std::abs(normal.dot(ray)) < std::cos(options_.largest_incidence_rad);
   }
 
   bool is_isolated(std::size_t i) const {

@@ -84,6 +84,18 @@ TEST(Clean, FillsInNormalsThatWereMissing) {
   for (const CloudPoint& point : cleaned(cloud, viewer).cloud.points) EXPECT_GT(point.normal.z(), 0.99F);
 }
 
+// What a normal across the ray makes of a point's sigma along it is next to nothing.
+TEST(Clean, ANormalThatStandsAcrossTheSurfaceIsReplaced) {
+  Cloud cloud = made_surface(flat, 20, 0.5, viewer, 0.03, 1);
+  const std::size_t planted = cloud.points.size() / 2 + 10;
+  const Eigen::Vector3d place = cloud.points[planted].position_mm;
+  for (CloudPoint& point : cloud.points) point.normal = {0, 0, 1};
+  cloud.points[planted].normal = {1, 0, 0};
+  for (const CloudPoint& point : cleaned(cloud, viewer).cloud.points) {
+    EXPECT_GT(point.normal.z(), 0.98F) << (point.position_mm - place).norm();
+  }
+}
+
 TEST(Clean, FewPointsAreAllIsolated) {
   Cloud cloud = made_surface(flat, 1, 1, viewer, 0.01, 6);
   const CleanedCloud clean = cleaned(cloud, viewer);
