@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/decompositions.h"
+
 namespace crumple {
 namespace {
 
@@ -76,6 +78,25 @@ Expected<MeasuredQuantity> outer_length(const PointUncertainty& known, const Mea
   Eigen::RowVector4d back = -along;
   back[3] = 1;
   return quantity(known, apart.norm() + a.radius() + b.radius(), {{a, back}, {b, along}});
+}
+
+std::array<NormalTilt, 2> normal_tilts(const PointUncertainty& known, const MeasuredFeature& plane) {
+  const Eigen::Vector3d normal = plane.normal();
+  Eigen::Matrix<double, 3, 2> across;
+  across.col(0) = normal.unitOrthogonal();
+  across.col(1) = normal.cross(across.col(0));
+  const Eigen::MatrixXd by_rig = across.transpose() * plane.by_rig.bottomRows<3>();
+  const Eigen::MatrixXd by_pose = across.transpose() * plane.by_pose.bottomRows<3>();
+  const SymmetricEigen2 axes =
+      symmetric_eigen2(by_rig * by_rig.transpose() + by_pose * known.poses().covariance * by_pose.transpose() +
+                       across.transpose() * plane.decoding.bottomRightCorner<3, 3>() * across);
+  const auto about = [&](int axis) {
+    const Eigen::Vector3d way = across * axes.vectors.col(axis);  // of the normal's tip
+    Eigen::RowVectorXd by_values = Eigen::RowVectorXd::Zero(6);
+    by_values.tail<3>() = way.transpose();
+    return NormalTilt{normal.cross(way), quantity(known, 0, {{plane, by_values}})};
+  };
+  return {about(1), about(0)};
 }
 
 Expected<MeasuredQuantity> angle(const PointUncertainty& known, const MeasuredFeature& a, const MeasuredFeature& b) {

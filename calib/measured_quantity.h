@@ -7,6 +7,7 @@
 // Linear: of an angle near 0 or 180 degrees, which cannot be less or more, it holds only beyond its own uncertainty.
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "calib/measured_feature.h"
@@ -42,6 +43,14 @@ MeasuredQuantity distance_from_plane(const PointUncertainty& known, const Measur
 // The same with the features' radii (of spheres): between the outermost points of the two along the line of centres.
 Expected<MeasuredQuantity> outer_length(const PointUncertainty& known, const MeasuredFeature& a,
                                         const MeasuredFeature& b);
+
+// How sure a plane's normal is: its tilt (value 0, rad) about the axis in the plane about which it is least sure, then
+// about the one at right angles to that. The two tilts are uncorrelated.
+struct NormalTilt {
+  Eigen::Vector3d about;
+  MeasuredQuantity tilt;
+};
+std::array<NormalTilt, 2> normal_tilts(const PointUncertainty& known, const MeasuredFeature& plane);
 
 // Between the normals of planes, 0 to pi. Fails where they are parallel to rounding.
 Expected<MeasuredQuantity> angle(const PointUncertainty& known, const MeasuredFeature& a, const MeasuredFeature& b);

@@ -22,13 +22,17 @@ std::vector<GroupSummary> groups_of(const BundleResult& bundle, std::size_t sens
 }
 
 json group_json(const GroupSummary& group) {
+  const auto coordinates = static_cast<double>(group.observations - group.outliers) * View::dimension_of(group.kind);
   return {{"rms_px", group.rms_px},
           {"rms_all_px", group.rms_all_px},
           {"sigma_px", group.sigma_px},
           {"sigma_estimated", group.sigma_estimated},
           {"observations", group.observations},
           {"outliers", group.outliers},
-          {"redundancy", group.redundancy}};
+          {"redundancy", group.redundancy},
+          {"redundancy_share", coordinates > 0 ? json(group.redundancy / coordinates) : json()},
+          {"standardised_limit", group.standardised_limit},
+          {"gross_error_px", group.gross_error_px ? json(*group.gross_error_px) : json()}};
 }
 
 // A sensor's figures over all its kinds of observations; sigma is that of the largest group.

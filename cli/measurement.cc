@@ -16,7 +16,17 @@ using nlohmann::json;
 using Kind = PlannedFeature::Kind;
 
 constexpr double kPerDegree = std::numbers::pi / 180;
+constexpr double kPerMrad = 1e-3;
 constexpr const char* kKindNames[] = {"point", "plane", "sphere"};
+
+constexpr const char* kBudgetHeading = "        u  U (k=2)   u by    scale calibration  station decoding";
+
+std::string budget_columns(const Budget& b, bool scale_known, double unit) {
+  const auto root = [&](double variance) { return std::sqrt(variance) / unit; };
+  return fmt::format("{:9.4f}{:9.4f}       {:>9}{:12.4f}{:9.4f}{:9.4f}", root(b.sum()), 2 * root(b.sum()),
+                     scale_known ? fmt::format("{:.4f}", root(b.scale)) : "unknown", root(b.calibration),
+                     root(b.station), root(b.decoding));
+}
 
 Expected<std::vector<std::size_t>> points_for(const Cloud& cloud, const PlannedFeature& feature) {
   if (feature.kind == Kind::sphere) return points_on_sphere(cloud, feature.near_mm, feature.radius_mm);
@@ -61,6 +71,12 @@ json feature_json(const MeasuredCloud& cloud, const PlannedFeature& planned, con
   result["decoding_inflation"] = feature.inflation;
   if (planned.kind == Kind::plane) {
     result["normal"] = {feature.normal().x(), feature.normal().y(), feature.normal().z()};
+    for (const NormalTilt& tilt : normal_tilts(cloud.uncertainty(), feature)) {
+      json entry = quantity_json(tilt.tilt, scale_known, kPerMrad);
+      entry.erase("value");
+      entry["about"] = {tilt.about.x(), tilt.about.y(), tilt.about.z()};
+      result["normal_tilts_mrad"].push_back(std::move(entry));
+    }
   } else {
     result["diameter_mm"] = quantity_json(value_of(cloud.uncertainty(), feature, 3, 2), scale_known);
     result["cap_deg"] = feature.cap_rad / kPerDegree;
@@ -70,15 +86,17 @@ json feature_json(const MeasuredCloud& cloud, const PlannedFeature& planned, con
 
 std::string features_text(const MeasuredCloud& cloud, const std::vector<PlannedFeature>& planned,
                           const std::vector<MeasuredFeature>& measured) {
-  std::string text = fmt::format("{:<24}{:>12}{:>12}{:>12}{:>9}{:>9}{:>9}\n", "positions (mm), u (k = 1)", "x", "y",
-                                 "z", "u(x)", "u(y)", "u(z)");
+  std::string text = fmt::format("{:<25}{:>12}{:>12}{:>12}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}\n", "positions (mm), U: k=2",
+                                 "x", "y", "z", "u(x)", "u(y)", "u(z)", "U(x)", "U(y)", "U(z)");
   std::string fits;
   for (std::size_t i = 0; i < planned.size(); ++i) {
     const MeasuredFeature& feature = measured[i];
     text += fmt::format("  {:<23}", planned[i].name);
     for (int axis = 0; axis < 3; ++axis) text += fmt::format("{:12.4f}", feature.values[axis]);
-    for (int axis = 0; axis < 3; ++axis) {
-      text += fmt::format("{:9.4f}", value_of(cloud.uncertainty(), feature, axis).budget.sigma());
+    for (const int k : {1, 2}) {
+      for (int axis = 0; axis < 3; ++axis) {
+        text += fmt::format("{:9.4f}", k * value_of(cloud.uncertainty(), feature, axis).budget.sigma());
+      }
     }
     text += "\n";
     if (planned[i].kind == Kind::point) continue;
@@ -89,6 +107,25 @@ std::string features_text(const MeasuredCloud& cloud, const std::vector<PlannedF
     fits += "\n";
   }
   return text + (fits.empty() ? "" : "fits\n" + fits);
+}
+
+// Normals, and how far they may be tilted.
+std::string normals_text(const MeasuredCloud& cloud, const std::vector<PlannedFeature>& planned,
+                         const std::vector<MeasuredFeature>& measured) {
+  std::string normals, tilts;
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    if (planned[i].kind != Kind::plane) continue;
+    const auto line = [&](const Eigen::Vector3d& x) {
+      return fmt::format("  {:<23}{:12.6f}{:12.6f}{:12.6f}", planned[i].name, x.x(), x.y(), x.z());
+    };
+    normals += line(measured[i].normal()) + "\n";
+    for (const NormalTilt& tilt : normal_tilts(cloud.uncertainty(), measured[i])) {
+      tilts += line(tilt.about) + budget_columns(tilt.tilt.budget, cloud.scale_known(), kPerMrad) + "\n";
+    }
+  }
+  if (normals.empty()) return "";
+  const auto heading = [](const char* title) { return fmt::format("{:<25}{:>12}{:>12}{:>12}", title, "x", "y", "z"); };
+  return heading("normals") + "\n" + normals + heading("tilts (mrad) about") + kBudgetHeading + "\n" + tilts;
 }
 
 Expected<MeasuredQuantity> planned_distance(const MeasuredCloud& cloud, const MeasuredFeature& a,
@@ -200,7 +237,7 @@ Expected<MeasurementReport> measurement_report(const MeasuredCloud& cloud, const
   for (std::size_t i = 0; i < measured->size(); ++i) {
     report.document["features"].push_back(feature_json(cloud, plan.features[i], (*measured)[i]));
   }
-  report.text = features_text(cloud, plan.features, *measured);
+  report.text = features_text(cloud, plan.features, *measured) + normals_text(cloud, plan.features, *measured);
   std::string diameters;
   for (std::size_t i = 0; i < measured->size(); ++i) {
     if (plan.features[i].kind != Kind::sphere) continue;
@@ -232,16 +269,12 @@ json quantity_json(const MeasuredQuantity& quantity, bool scale_known, double un
 }
 
 std::string quantity_heading(const std::string& title) {
-  return fmt::format("{:<24}{:>12}{:>9}{:>9}   u by{:>9}{:>12}{:>9}{:>9}\n", title, "value", "u", "U (k=2)", "scale",
-                     "calibration", "station", "decoding");
+  return fmt::format("{:<24}{:>12}{}\n", title, "value", kBudgetHeading);
 }
 
 std::string quantity_line(const std::string& name, const MeasuredQuantity& quantity, bool scale_known, double unit) {
-  const Budget& b = quantity.budget;
-  const auto root = [&](double variance) { return std::sqrt(variance) / unit; };
-  return fmt::format("  {:<22}{:12.4f}{:9.4f}{:9.4f}       {:>9}{:12.4f}{:9.4f}{:9.4f}\n", name, quantity.value / unit,
-                     root(b.sum()), 2 * root(b.sum()), scale_known ? fmt::format("{:.4f}", root(b.scale)) : "unknown",
-                     root(b.calibration), root(b.station), root(b.decoding));
+  return fmt::format("  {:<22}{:12.4f}{}\n", name, quantity.value / unit,
+                     budget_columns(quantity.budget, scale_known, unit));
 }
 
 std::string scale_sentence(const MeasuredCloud& cloud) {

@@ -10,8 +10,12 @@
 namespace crumple {
 namespace {
 
-constexpr const char* kHeader = "placement,camera,sensor,kind,index,x_px,y_px,residual_1_px,residual_2_px,accepted";
-constexpr std::size_t kFields = 10;
+// Files that Crumple wrote before it told redundancies end here.
+constexpr const char* kEarlierHeader =
+    "placement,camera,sensor,kind,index,x_px,y_px,residual_1_px,residual_2_px,accepted";
+constexpr std::size_t kEarlierFields = 10;
+constexpr const char* kMore = ",redundancy,standardised_residual";
+constexpr std::size_t kFields = 12;
 
 // A field of RFC 4180.
 std::string field(const std::string& text) {
@@ -85,7 +89,7 @@ std::vector<SeenAt> places(const Observations& observations) {
 }  // namespace
 
 std::string residuals_csv(const Calibration& calibration, const Observations& observations) {
-  std::string text = std::string(kHeader) + "\n";
+  std::string text = std::string(kEarlierHeader) + kMore + "\n";
   const std::vector<Sensor>& sensors = calibration.bundle.state.rig.sensors;
   const std::vector<SeenAt> seen = places(observations);
   for (std::size_t v = 0; v < seen.size(); ++v) {
@@ -93,12 +97,14 @@ std::string residuals_csv(const Calibration& calibration, const Observations& ob
     const Eigen::Index dimension = View::dimension_of(view.kind);
     for (std::size_t i = 0; i < seen[v].pixels.size(); ++i) {
       const Eigen::Index row = dimension * static_cast<Eigen::Index>(i);
+      const bool accepted = view.inlier[i] != 0;
       const std::string second = dimension == 2 ? fmt::format("{}", view.residuals_px[row + 1]) : "";
-      text +=
-          fmt::format("{},{},{},{},{},{},{},{},{},{}\n", field(place_name(calibration, view)),
-                      sensors[seen[v].camera].name, sensors[view.sensor].name, name_of(view.kind),
-                      seen[v].corners != nullptr ? (*seen[v].corners)[i] : static_cast<int>(i), seen[v].pixels[i].x(),
-                      seen[v].pixels[i].y(), view.residuals_px[row], second, view.inlier[i] != 0 ? 1 : 0);
+      const std::string redundancy = accepted ? fmt::format("{}", view.redundancy[i]) : "";
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", field(place_name(calibration, view)),
+                          sensors[seen[v].camera].name, sensors[view.sensor].name, name_of(view.kind),
+                          seen[v].corners != nullptr ? (*seen[v].corners)[i] : static_cast<int>(i),
+                          seen[v].pixels[i].x(), seen[v].pixels[i].y(), view.residuals_px[row], second,
+                          accepted ? 1 : 0, redundancy, view.standardised[i]);
     }
   }
   return text;
@@ -107,14 +113,16 @@ std::string residuals_csv(const Calibration& calibration, const Observations& ob
 Expected<std::vector<RecordedCorners>> parse_recorded_corners(const std::string& csv, const std::string& file_name) {
   std::istringstream lines(csv);
   std::string line;
-  if (!std::getline(lines, line) || line != kHeader) {
-    return fail(fmt::format("{}:1: the header has to be {}", file_name, kHeader));
+  const std::string header = std::string(kEarlierHeader) + kMore;
+  if (!std::getline(lines, line) || (line != header && line != kEarlierHeader)) {
+    return fail(fmt::format("{}:1: the header has to be {}", file_name, header));
   }
+  const std::size_t expected = line == header ? kFields : kEarlierFields;
   std::vector<RecordedCorners> views;
   for (int number = 2; std::getline(lines, line); ++number) {
     const std::vector<std::string> fields = fields_of(line);
-    if (fields.size() != kFields) {
-      return fail(fmt::format("{}:{}: has {} fields, not {}", file_name, number, fields.size(), kFields));
+    if (fields.size() != expected) {
+      return fail(fmt::format("{}:{}: has {} fields, not {}", file_name, number, fields.size(), expected));
     }
     if (fields[3] == name_of(View::Kind::corners) && !add_corner(fields, views)) {
       return fail(fmt::format("{}:{}: holds a number that cannot be read", file_name, number));

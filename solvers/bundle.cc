@@ -10,7 +10,9 @@
 
 #include <fmt/format.h>
 
+#include "solvers/decompositions.h"
 #include "solvers/dispensable_leds.h"
+#include "solvers/distribution_tails.h"
 #include "solvers/gate.h"
 #include "solvers/groups.h"
 #include "solvers/minimise.h"
@@ -112,10 +114,8 @@ struct Gates {
   std::array<double, 2> counted, left_out;  // of squares with one degree of freedom and two
 };
 
-// Re-decides every observation (without `readmit` only those that count). `freedoms`: of the groups' variances that
-// were estimated.
-void gate_outliers(const Views& views, const Linearisation& at, const std::map<GroupKey, double>& freedoms,
-                   const DispensableLeds& dispensable, double gate, bool readmit, std::vector<ViewWeights>& weights) {
+// `freedoms`: of the groups' variances that were estimated.
+std::map<GroupKey, Gates> gates_of(const Views& views, const std::map<GroupKey, double>& freedoms, double gate) {
   std::map<GroupKey, Gates> gates;
   for (const auto& view : views) {
     const GroupKey key = key_of(*view);
@@ -124,6 +124,27 @@ void gate_outliers(const Views& views, const Linearisation& at, const std::map<G
     const double freedom = estimated == freedoms.end() ? std::numeric_limits<double>::infinity() : estimated->second;
     gates.emplace(key, Gates(view->dimension(), gate, freedom));
   }
+  return gates;
+}
+
+// An observation's standardised square, by a variance that it has no part in, and what it may not exceed.
+struct GateTest {
+  double square = 0;
+  double limit = 0;
+};
+
+GateTest gate_test(const Eigen::VectorXd& whitened, const Eigen::Matrix2d& hat, bool inlier, bool dispensable,
+                   const Gates& gates) {
+  const StandardisedSquare square = standardised_square(whitened, hat, inlier, dispensable);
+  const auto which = static_cast<std::size_t>(square.freedom - 1);
+  if (!inlier) return {square.value, gates.left_out[which]};
+  const double own_freedom = static_cast<double>(whitened.size()) - hat.trace();
+  return {without_itself(square.value, whitened.squaredNorm(), own_freedom, gates.freedom), gates.counted[which]};
+}
+
+// Re-decides every observation (without `readmit` only those that count).
+void gate_outliers(const Views& views, const Linearisation& at, const std::map<GroupKey, Gates>& gates,
+                   const DispensableLeds& dispensable, bool readmit, std::vector<ViewWeights>& weights) {
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int d = views[v]->dimension();
     const Gates& of_group = gates.at(key_of(*views[v]));
@@ -132,14 +153,8 @@ void gate_outliers(const Views& views, const Linearisation& at, const std::map<G
       if (!inlier && !readmit) continue;
       const Eigen::VectorXd whitened = at.residuals_px[v].segment(d * i, d) / weights[v].sigma_px;
       const Eigen::Matrix2d& hat = at.hats[v][static_cast<std::size_t>(i)];
-      const StandardisedSquare square = standardised_square(whitened, hat, inlier != 0, dispensable.reads(v, i));
-      const auto which = static_cast<std::size_t>(square.freedom - 1);
-      if (inlier) {
-        const double without = without_itself(square.value, whitened.squaredNorm(), d - hat.trace(), of_group.freedom);
-        inlier = without <= of_group.counted[which];
-      } else {
-        inlier = square.value <= of_group.left_out[which];
-      }
+      const GateTest test = gate_test(whitened, hat, inlier != 0, dispensable.reads(v, i), of_group);
+      inlier = test.square <= test.limit;
     }
   }
 }
@@ -215,7 +230,8 @@ Groups summarise_groups(const Views& views, const Linearisation& at, const std::
 }
 
 ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px, const ViewWeights& weights) {
-  ViewSummary summary{view.sensor(), view.placement(), view.station(), view.kind(), 0, 0, weights.inlier, residuals_px};
+  ViewSummary summary{
+      view.sensor(), view.placement(), view.station(), view.kind(), 0, 0, weights.inlier, residuals_px, {}, {}};
   const int d = view.dimension();
   double accepted_square = 0;
   int accepted = 0;
@@ -227,6 +243,51 @@ ViewSummary summarise_view(const View& view, const Eigen::VectorXd& residuals_px
   summary.rms_px = accepted > 0 ? std::sqrt(accepted_square / accepted) : 0;
   summary.rms_all_px = view.size() > 0 ? std::sqrt(residuals_px.squaredNorm() / view.size()) : 0;
   return summary;
+}
+
+// Of one view's observations, as they count; `sigma_px` is the group's.
+void add_tests(const View& view, const std::vector<Eigen::Matrix2d>& hats, double sigma_px, const Gates& gates,
+               const std::function<bool(int)>& dispensable, ViewSummary& summary) {
+  const int d = view.dimension();
+  for (int i = 0; i < view.size(); ++i) {
+    const Eigen::Matrix2d& hat = hats[static_cast<std::size_t>(i)];
+    const bool inlier = summary.inlier[static_cast<std::size_t>(i)] != 0;
+    const Eigen::VectorXd whitened = summary.residuals_px.segment(d * i, d) / sigma_px;
+    const GateTest test = gate_test(whitened, hat, inlier, dispensable(i), gates);
+    summary.standardised.push_back(static_cast<float>(std::sqrt(test.square)));
+    summary.redundancy.push_back(inlier ? static_cast<float>(d - hat.trace())
+                                        : std::numeric_limits<float>::quiet_NaN());
+  }
+}
+
+// A gross error e raises the expected standardised square by e' (I - J C J') e / sigma^2, the least eigenvalue's share
+// where it shows least.
+void add_gross_errors(const Views& views, const Linearisation& at, const std::vector<ViewWeights>& weights,
+                      const std::map<GroupKey, Gates>& gates, std::vector<GroupSummary>& groups) {
+  constexpr double kSeen = 0.8;
+  constexpr double kTestable = 1e-6;
+  std::map<GroupKey, std::vector<float>> least;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    std::vector<float>& of_group = least[key_of(*views[v])];
+    for (std::size_t i = 0; i < at.hats[v].size(); ++i) {
+      if (!weights[v].inlier[i]) continue;
+      // In one dimension the second row of the hat block is zero.
+      of_group.push_back(
+          static_cast<float>(symmetric_eigen2(Eigen::Matrix2d::Identity() - at.hats[v][i]).values.minCoeff()));
+    }
+  }
+  for (GroupSummary& group : groups) {
+    const GroupKey key(group.sensor, group.kind);
+    const int d = View::dimension_of(group.kind);
+    const double limit = gates.at(key).counted[static_cast<std::size_t>(d - 1)];
+    group.standardised_limit = std::sqrt(limit);
+    std::vector<float>& shares = least.at(key);
+    if (shares.empty()) continue;
+    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    if (*middle > kTestable)
+      group.gross_error_px = group.sigma_px * std::sqrt(noncentrality_seen(limit, d, kSeen) / *middle);
+  }
 }
 
 // Those with accepted observations.
@@ -336,7 +397,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const NormalEquations equations = equations_at(views, weights, parameters, state, options);
     const auto at = linearise(views, weights, equations, state, options);
     if (!at) return tl::unexpected(at.error());
-    gate_outliers(views, *at, {}, dispensable, options.gate, true, weights);
+    gate_outliers(views, *at, gates_of(views, {}, options.gate), dispensable, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
     if (dispensable.settle(true, weights, held)) parameters = Parameters(state, views, held);
   }
@@ -349,12 +410,13 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     auto at = linearise(views, weights, minimum->equations, state, options);
     if (!at) return tl::unexpected(at.error());
     const auto [groups, freedoms] = summarise_groups(views, *at, weights, state, options, small);
+    const std::map<GroupKey, Gates> gates = gates_of(views, freedoms, options.gate);
     const bool same_sigmas = settled(views, weights, sigmas_of(groups));
     std::vector<ViewWeights> next = weights;
     set_sigmas(views, sigmas_of(groups), next);
     bool other_blocks = false;
     if (options.reject_outliers) {
-      gate_outliers(views, *at, freedoms, dispensable, options.gate, round < kReadmittingRounds, next);
+      gate_outliers(views, *at, gates, dispensable, round < kReadmittingRounds, next);
       const bool try_again = round < kRetrialRounds;
       const bool fewer = dispensable.settle(try_again, next, held);
       const bool other_poses = settle_untold_poses(views, observations, try_again, next, state, held);
@@ -370,8 +432,12 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
           std::move(state),       {}, {}, std::move(at->covariance), round, unchanged, std::move(body_motions),
           std::move(undetermined)};
       for (const auto& [key, group] : groups) result.groups.push_back(group);
+      add_gross_errors(views, *at, weights, gates, result.groups);
       for (std::size_t v = 0; v < views.size(); ++v) {
         result.views.push_back(summarise_view(*views[v], at->residuals_px[v], weights[v]));
+        add_tests(
+            *views[v], at->hats[v], next[v].sigma_px, gates.at(key_of(*views[v])),
+            [&](int i) { return dispensable.reads(v, i); }, result.views.back());
       }
       return result;
     }

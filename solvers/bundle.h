@@ -71,6 +71,11 @@ struct GroupSummary {
   std::size_t observations = 0;
   std::size_t outliers = 0;
   double redundancy = 0;
+  double standardised_limit = 0;  // of ViewSummary::standardised, of accepted observations
+  // A gross error of this length, in the direction where it shows least, puts an observation beyond the limit with a
+  // probability of 80 % (Baarda's minimal detectable bias): median of the accepted observations. None where half of
+  // them or more cannot be tested.
+  std::optional<double> gross_error_px = {};
 };
 
 struct ViewSummary {
@@ -82,6 +87,9 @@ struct ViewSummary {
   double rms_all_px = 0;
   std::vector<char> inlier;
   Eigen::VectorXd residuals_px;  // dimension() per observation
+  // One per observation.
+  std::vector<float> redundancy;    // 0 to dimension(): that less the trace of its hat block; NaN of one left out
+  std::vector<float> standardised;  // root of the square that the gate tests (Baarda's w in one dimension); 0: untested
 };
 
 struct BundleResult {

@@ -203,6 +203,89 @@ TEST(MeasuredQuantity, PlanesMeetAtTheirAngle) {
   EXPECT_THAT(angle(known, a, a).error().message, HasSubstr("parallel"));
 }
 
+// A plate twice as long as wide, its decoding drawn: the normal's tip scatters along both axes as predicted, and most
+// about the long one.
+TEST(MeasuredQuantity, ANormalScattersAsPredicted) {
+  TrackedProbe probe;
+  probe.truth.rig.covariance.matrix = Eigen::MatrixXd::Identity(probe.size(), probe.size()) * 1e-18;
+  const auto known = PointUncertainty::create(probe.truth.rig, probe.poses(probe.truth.rig, probe.readings)).value();
+  const Pose& pose = known.poses().stations[0].world_from_probe;
+  std::vector<Eigen::Vector3d> plate;
+  for (int x = -5; x <= 5; ++x) {
+    for (int y = -5; y <= 5; ++y) plate.emplace_back(pose * Eigen::Vector3d(12 * x, 6 * y, 800));
+  }
+  constexpr double kSigma_mm = 3;  // beside which the station's part is nothing
+  Cloud exact{"world", {"a", "b"}, {}};
+  add_points(plate, 0, pose, kSigma_mm, exact);
+  const auto indices = all_of(plate.size());
+  const MeasuredFeature plane = measure_plane(KnownCloud(exact, known), indices).value();
+  const auto tilts = normal_tilts(known, plane);
+  EXPECT_GT(std::abs(tilts[0].about.dot(pose.rotation * Eigen::Vector3d::UnitX())), 0.999);
+  EXPECT_NEAR(tilts[0].about.dot(tilts[1].about), 0, 1e-12);
+  EXPECT_NEAR(tilts[0].about.dot(plane.normal()), 0, 1e-12);
+  EXPECT_EQ(tilts[0].tilt.value, 0);
+  EXPECT_NEAR(std::sqrt(tilts[0].tilt.budget.decoding / tilts[1].tilt.budget.decoding), 2, 0.05);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  constexpr int kDraws = 200;
+  double squares[2] = {0, 0}, product = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Cloud cloud = exact;
+    for (CloudPoint& point : cloud.points) {
+      point.position_mm += kSigma_mm * normal(random) * (point.position_mm - pose.translation).normalized();
+    }
+    const Eigen::Vector3d found = measure_plane(KnownCloud(cloud, known), indices)->normal();
+    const Eigen::Vector3d turn = plane.normal().cross(found);
+    double by[2];
+    for (const std::size_t axis : {0U, 1U}) {
+      by[axis] = turn.dot(tilts[axis].about) / std::sqrt(tilts[axis].tilt.budget.decoding);
+      squares[axis] += by[axis] * by[axis] / kDraws;
+    }
+    product += by[0] * by[1] / kDraws;
+  }
+  EXPECT_NEAR(squares[0], 1, 0.3);
+  EXPECT_NEAR(squares[1], 1, 0.3);
+  EXPECT_NEAR(product, 0, 0.25);
+}
+
+// From every source what an angle to a plane that is exact has, turned about the same axis.
+TEST(MeasuredQuantity, ATiltHasTheBudgetOfAnAngleAboutItsAxis) {
+  TrackedProbe probe;
+  constexpr double kRelative = 5e-5;
+  probe.truth.rig.covariance.matrix = covariance_of_scale(probe, kRelative);
+  for (Eigen::Index i = 0; i < probe.size(); ++i) {
+    probe.truth.rig.covariance.matrix(i, i) += std::pow(probe.scale_of(static_cast<std::size_t>(i)), 2);
+  }
+  const auto known = PointUncertainty::create(probe.truth.rig, probe.poses(probe.truth.rig, probe.readings)).value();
+  const Pose& pose = known.poses().stations[0].world_from_probe;
+  std::vector<Eigen::Vector3d> plate;
+  for (int x = -3; x <= 3; ++x) {
+    for (int y = -3; y <= 3; ++y) plate.emplace_back(pose * Eigen::Vector3d(9 * x, 7 * y, 800 + 5 * x));
+  }
+  Cloud cloud{"world", {"a", "b"}, {}};
+  add_points(plate, 0, pose, 0.02, cloud);
+  const MeasuredFeature plane = measure_plane(KnownCloud(cloud, known), all_of(plate.size())).value();
+  MeasuredFeature exact = plane;
+  exact.by_rig.setZero();
+  exact.by_pose.setZero();
+  exact.decoding.setZero();
+  double total = 0;
+  for (const NormalTilt& tilt : normal_tilts(known, plane)) {
+    exact.values.tail<3>() = Eigen::AngleAxisd(0.4, tilt.about) * plane.normal();
+    const Budget expected = angle(known, plane, exact)->budget;
+    const Budget& found = tilt.tilt.budget;
+    EXPECT_NEAR(found.calibration / expected.calibration, 1, 1e-9);
+    EXPECT_NEAR(found.station / expected.station, 1, 1e-9);
+    EXPECT_NEAR(found.decoding / expected.decoding, 1, 1e-9);
+    EXPECT_NEAR(found.scale, expected.scale, 1e-9 * found.sum());
+    EXPECT_GT(found.station, 0);
+    total += found.sum();
+  }
+  const Eigen::MatrixXd all = plane.by_rig * plane.by_rig.transpose() +
+                              plane.by_pose * known.poses().covariance * plane.by_pose.transpose() + plane.decoding;
+  EXPECT_NEAR(total / all.diagonal().tail<3>().sum(), 1, 1e-6);
+}
+
 TEST(FeaturePoints, ANarrowCapAndAnEmptyPlaceAreRefused) {
   Cloud cloud;
   const Eigen::Vector3d centre(0, 0, 800);

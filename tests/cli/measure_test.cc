@@ -1,5 +1,8 @@
 // `crumple measure` on a made cloud: two spheres and a plate before a tracked probe at two stations.
+#include <algorithm>
+#include <cmath>
 #include <random>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -17,6 +20,7 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::Not;
 
 std::string list_of(const Eigen::Vector3d& x) { return fmt::format("[{}, {}, {}]", x.x(), x.y(), x.z()); }
 
@@ -105,9 +109,63 @@ TEST_F(MeasureVerb, ValuesComeWithTheirBudget) {
   // The other station's pose makes a distance to it far less sure than one within a station.
   EXPECT_GT(document["distances_mm"][1]["budget"]["station"], 5 * apart["budget"]["station"].get<double>());
   EXPECT_EQ(document["angles_deg"].size(), 1U);
+  const auto plate_at = std::find_if(document["features"].begin(), document["features"].end(),
+                                     [](const json& feature) { return feature["name"] == "plate"; });
+  ASSERT_NE(plate_at, document["features"].end());
+  const json& plate = *plate_at;
+  ASSERT_EQ(plate["normal_tilts_mrad"].size(), 2U);
+  const json &more = plate["normal_tilts_mrad"][0], &less = plate["normal_tilts_mrad"][1];
+  EXPECT_GE(more["u"], less["u"]);
+  // Of a plate of 40 mm radius, 25 mm^2 to a point: decoding alone tilts it by sigma over the root of sum x^2.
+  const double inflated = std::sqrt(plate["decoding_inflation"].get<double>());
+  EXPECT_NEAR(less["budget"]["decoding"].get<double>() / inflated, 1e3 * 0.02 / std::sqrt(200 * 400), 0.01);
+  EXPECT_EQ(less["k"], 2);
+  EXPECT_NEAR(less["U"], 2 * less["u"].get<double>(), 1e-12);
+  EXPECT_FALSE(less.contains("value"));
+  double across = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    across += more["about"][axis].get<double>() * plate["normal"][axis].get<double>();
+  }
+  EXPECT_NEAR(across, 0, 1e-12);
   const ProgramRun text = measure(kHead + spheres() + "distances: [[left, right]]\n");
   EXPECT_THAT(text.out, HasSubstr("left - right"));
+  EXPECT_THAT(text.out, Not(HasSubstr("tilts")));
   EXPECT_THAT(text.out, HasSubstr("scale uncertainty unknown: no board had a certificate"));
+}
+
+// The numbers of a line of the text that starts with a name, from a heading on.
+std::vector<double> numbers_of(const std::string& text, const std::string& heading, const std::string& name) {
+  std::istringstream line(text.substr(text.find("\n  " + name + " ", text.find(heading)) + 3 + name.size()));
+  std::vector<double> numbers;
+  for (double number = 0; line.peek() != '\n' && line >> number;) numbers.push_back(number);
+  return numbers;
+}
+
+TEST_F(MeasureVerb, TheTextTellsExpandedUncertaintiesOfPointsAndNormals) {
+  const std::string plan =
+      kHead + fmt::format(
+                  "planes:\n  plate: {{near_mm: {}, radius_mm: 40}}\npoints:\n  top: {{near_mm: {}, "
+                  "radius_mm: 4}}\n",
+                  list_of(plate_), list_of(top_));
+  const ProgramRun run = measure(plan), document_run = measure(plan, "--points", "--json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json document = json::parse(document_run.out);
+  for (const json& feature : document["features"]) {
+    const std::vector<double> row = numbers_of(run.out, "positions (mm)", feature["name"]);
+    ASSERT_EQ(row.size(), 9U) << run.out;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(row[axis], feature["position_mm"][axis]["value"], 1e-4);
+      EXPECT_NEAR(row[3 + axis], feature["position_mm"][axis]["u"], 1e-4);
+      EXPECT_NEAR(row[6 + axis], feature["position_mm"][axis]["U"], 1e-4);
+    }
+    if (feature["kind"] != "plane") continue;
+    const json& tilt = feature["normal_tilts_mrad"][0];
+    const std::vector<double> said = numbers_of(run.out, "tilts (mrad)", feature["name"]);
+    ASSERT_EQ(said.size(), 5U) << run.out;  // then the scale, which is unknown
+    EXPECT_NEAR(said[1], tilt["about"][1], 1e-6);
+    EXPECT_NEAR(said[3], tilt["u"], 1e-4);
+    EXPECT_NEAR(said[4], tilt["U"], 1e-4);
+  }
 }
 
 TEST_F(MeasureVerb, ArtefactsAreHeldAgainstTheirCertificates) {

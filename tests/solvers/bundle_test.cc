@@ -1,11 +1,14 @@
 #include "solvers/bundle.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include <Eigen/LU>
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
+#include "solvers/decompositions.h"
 #include "solvers/weights.h"
 #include "tests/solvers/synthetic.h"
 
@@ -68,6 +71,150 @@ TEST(Bundle, LeavesOutGrossErrorsAndHardlyAnyGoodObservation) {
   EXPECT_NEAR(stripes.sigma_px, 0.05, 0.05 * 0.07);
 }
 
+// What a view's observations were standardised to, the largest first, with the numbers of the observations.
+std::vector<std::pair<float, std::size_t>> largest_standardised(const ViewSummary& view) {
+  std::vector<std::pair<float, std::size_t>> all;
+  for (std::size_t i = 0; i < view.standardised.size(); ++i) all.emplace_back(view.standardised[i], i);
+  std::sort(all.rbegin(), all.rend());
+  return all;
+}
+
+TEST(Bundle, RedundanciesMakeUpTheirGroups) {
+  Synthetic made = make_synthetic(
+      {.placements = 10, .corner_sigma_px = 0.2, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.4, .seed = 4});
+  made.observations.corners[2].pixels[30].x() += 20;
+  const auto result = refine(disturbed(made.truth, 3), made.observations, {});
+  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_TRUE(result->settled);
+  double all = 0;
+  std::size_t rows = 0;
+  for (const GroupSummary& g : result->groups) {
+    double sum = 0;
+    for (const ViewSummary& view : result->views) {
+      if (view.kind != g.kind || view.sensor != g.sensor) continue;
+      const auto d = static_cast<float>(View::dimension_of(view.kind));
+      ASSERT_EQ(view.redundancy.size(), view.inlier.size());
+      ASSERT_EQ(view.standardised.size(), view.inlier.size());
+      for (std::size_t i = 0; i < view.inlier.size(); ++i) {
+        if (view.inlier[i] == 0) {
+          EXPECT_TRUE(std::isnan(view.redundancy[i]));
+          continue;
+        }
+        EXPECT_GE(view.redundancy[i], 0);
+        EXPECT_LE(view.redundancy[i], d);
+        EXPECT_LE(view.standardised[i], g.standardised_limit * (1 + 1e-5));
+        sum += view.redundancy[i];
+        rows += static_cast<std::size_t>(d);
+      }
+    }
+    EXPECT_NEAR(sum, g.redundancy, 1e-5 * g.redundancy);
+    all += sum;
+  }
+  // All take together what the parameters are: nothing but observations tells them.
+  EXPECT_NEAR(all, static_cast<double>(rows) - result->covariance.parameters().size(), 1e-3);
+  EXPECT_EQ(result->views[2].inlier[30], 0);
+}
+
+// Whether it is left out or stays in, and is then in the sigma that it is held against.
+TEST(Bundle, AGrossErrorIsTheLeastLikelyOfItsGroup) {
+  Synthetic made = make_synthetic({.placements = 10, .corner_sigma_px = 0.2, .stripe_sigma_px = 0.05, .seed = 4});
+  made.observations.features.clear();
+  made.observations.corners[2].pixels[30] += Eigen::Vector2d(1.6, -1.2);  // ten sigma
+  made.observations.stripes[5].coordinates_px[11] += 0.5;
+  for (const bool reject : {true, false}) {
+    const auto result = refine(disturbed(made.truth, 3), made.observations, {.reject_outliers = reject});
+    ASSERT_TRUE(result) << result.error().message;
+    for (const auto& [v, i] :
+         {std::pair{std::size_t{2}, std::size_t{30}}, std::pair{std::size_t{15}, std::size_t{11}}}) {
+      const ViewSummary& view = result->views[v];
+      EXPECT_EQ(view.inlier[i] != 0, !reject);
+      float largest = 0;
+      for (const ViewSummary& other : result->views) {
+        if (other.kind == view.kind && &other != &view) {
+          largest = std::max(largest, largest_standardised(other)[0].first);
+        }
+      }
+      const auto own = largest_standardised(view);
+      EXPECT_EQ(own[0].second, i);
+      EXPECT_GT(own[0].first, 1.5F * std::max(largest, own[1].first));
+      EXPECT_GT(own[0].first, group(*result, view.kind).standardised_limit);
+    }
+  }
+}
+
+// Against I - J (J'J)^-1 J' of the whole Jacobian, with sigmas that are told.
+TEST(Bundle, TestsAreWhatTheWholeJacobianSays) {
+  Synthetic made = make_synthetic({.placements = 6, .corner_sigma_px = 0.2, .stripe_sigma_px = 0.05});
+  made.observations.features.clear();
+  constexpr double kInflation = 2;
+  const BundleOptions options{.reject_outliers = false,
+                              .known_sigma_px = {{"cam0.corners", 0.2}, {"proj0.stripes", 0.05}},
+                              .estimate_known_sigmas = false,
+                              .corner_inflation = kInflation};
+  const auto result = refine(disturbed(made.truth, 3), made.observations, options);
+  ASSERT_TRUE(result) << result.error().message;
+  const auto views = make_views(made.observations, made.truth.board_of);
+  const Parameters& parameters = result->covariance.parameters();
+  RowMajorMatrix whole(0, parameters.size());
+  for (const auto& view : views) {
+    ViewEvaluation at;
+    ASSERT_TRUE(view->evaluate(result->state, true, at));
+    const bool corners = view->kind() == View::Kind::corners;
+    RowMajorMatrix rows = RowMajorMatrix::Zero(at.residuals.size(), parameters.size());
+    for (std::size_t b = 0; b < view->blocks().size(); ++b) {
+      const BlockId block = view->blocks()[b];
+      const auto slot = parameters.slot(block);
+      const auto offset = slot ? std::optional<int>(parameters.common_size() + 6 * static_cast<int>(*slot))
+                               : parameters.common_offset(block);
+      if (!offset) continue;
+      rows.middleCols(*offset, tangent_size(block, result->state)) +=
+          block_jacobian(*view, at, result->state, b) / (corners ? 0.2 * std::sqrt(kInflation) : 0.05);
+    }
+    whole.conservativeResize(whole.rows() + rows.rows(), Eigen::NoChange);
+    whole.bottomRows(rows.rows()) = rows;
+  }
+  const auto covariance = inverse_gram(whole, 1e-12);
+  ASSERT_TRUE(covariance);
+  Eigen::Index row = 0;
+  std::vector<double> corner_eigenvalues, stripe_redundancies;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const int d = views[v]->dimension();
+    const ViewSummary& view = result->views[v];
+    const double sigma_px = d == 2 ? 0.2 : 0.05;
+    for (int i = 0; i < views[v]->size(); ++i, row += d) {
+      const Eigen::MatrixXd own = whole.middleRows(row, d);
+      const Eigen::MatrixXd redundant = Eigen::MatrixXd::Identity(d, d) - own * *covariance * own.transpose();
+      const Eigen::VectorXd residual = view.residuals_px.segment(d * i, d) / sigma_px;
+      const double square = residual.dot(redundant.inverse() * residual);
+      EXPECT_NEAR(view.redundancy[static_cast<std::size_t>(i)], redundant.trace(), 1e-5);
+      EXPECT_NEAR(view.standardised[static_cast<std::size_t>(i)], std::sqrt(square), 1e-4);
+      (d == 2 ? corner_eigenvalues : stripe_redundancies).push_back(symmetric_eigen(redundant).values[0]);
+    }
+  }
+  const auto median = [](std::vector<double>& values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  };
+  // Baarda's: beyond the two-sided limit of probability exp(-8), that of 4 sigmas in two coordinates, and 0.8416 more
+  // to be there four times in five.
+  const GroupSummary& stripes = group(*result, View::Kind::stripes);
+  EXPECT_NEAR(stripes.standardised_limit, 3.58625, 1e-5);
+  EXPECT_NEAR(stripes.gross_error_px.value(), 0.05 * (3.58625 + 0.8416) / std::sqrt(median(stripe_redundancies)), 1e-4);
+  // Two coordinates: drawn.
+  const GroupSummary& corners = group(*result, View::Kind::corners);
+  EXPECT_NEAR(corners.standardised_limit, 4, 1e-12);
+  const double shift = corners.gross_error_px.value() / 0.2 * std::sqrt(median(corner_eigenvalues));
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  constexpr int kDraws = 40000;
+  int seen = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const double x = normal(random) + shift;
+    seen += std::hypot(x, normal(random)) > 4;
+  }
+  EXPECT_NEAR(seen, 0.8 * kDraws, 4 * std::sqrt(0.8 * 0.2 * kDraws));
+}
+
 // Corners on the very edge of what a folding lens can image: noise puts some of them past it, where it may not stay.
 TEST(Bundle, ObservationsAtALensesFoldStayWithinIt) {
   const Lens lens = Lens::create("LENSMODEL_OPENCV4", {1024, 768}, {500, 500, 512, 384, -1, 0, 0, 0}).value();
@@ -127,6 +274,7 @@ TEST(Bundle, SameBitsAtAnyThreadCount) {
   ASSERT_TRUE(one && three);
   EXPECT_EQ(all_parameters(one->state), all_parameters(three->state));
   EXPECT_TRUE(one->covariance.common() == three->covariance.common());
+  EXPECT_EQ(one->views[3].standardised, three->views[3].standardised);
 }
 
 // The same Jacobian through ceres::Covariance, everything in one dense block.

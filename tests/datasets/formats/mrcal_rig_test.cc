@@ -187,6 +187,31 @@ TEST_F(CalibrationRecordFiles, AreReadBackExactly) {
   }
 }
 
+TEST_F(CalibrationRecordFiles, TellTheRedundancyOfWhatWasAccepted) {
+  std::istringstream lines(content_of(home_ / "residuals.csv"));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_THAT(line, testing::EndsWith(",accepted,redundancy,standardised_residual"));
+  std::size_t left_out = 0;
+  for (const ViewSummary& view : calibration_->bundle.views) {
+    for (std::size_t i = 0; i < view.inlier.size(); ++i) {
+      ASSERT_TRUE(std::getline(lines, line));
+      const std::size_t last = line.rfind(','), before = line.rfind(',', last - 1);
+      const std::string redundancy = line.substr(before + 1, last - before - 1);
+      EXPECT_EQ(std::stof(line.substr(last + 1)), view.standardised[i]);
+      EXPECT_EQ(line[before - 1], view.inlier[i] != 0 ? '1' : '0');
+      if (view.inlier[i] != 0) {
+        EXPECT_EQ(std::stof(redundancy), view.redundancy[i]);
+      } else {
+        EXPECT_EQ(redundancy, "");
+        EXPECT_GT(view.standardised[i], 4);
+        ++left_out;
+      }
+    }
+  }
+  EXPECT_GE(left_out, 2U);
+}
+
 struct RecordDamage {
   const char* file;
   const char* old_text;
@@ -203,7 +228,7 @@ TEST_F(CalibrationRecordFiles, DamageIsNamed) {
         RecordDamage{"placements.yaml", "[7, 5]", "[5, 4]", "beyond the 20"},
         RecordDamage{"placements.yaml", "name: \"7\"", "name: \"99\"", "placement 7 is not in placements.yaml"},
         RecordDamage{"residuals.csv", "placement,camera", "placement;camera", "residuals.csv:1"},
-        RecordDamage{"residuals.csv", "0,left,left,corners,1,", "0,left,left,corners,1,,", "residuals.csv:3: has 11"},
+        RecordDamage{"residuals.csv", "0,left,left,corners,1,", "0,left,left,corners,1,,", "residuals.csv:3: has 13"},
         RecordDamage{"residuals.csv", "0,left,left,corners,1,", "0,left,left,corners,1.5,", "residuals.csv:3"},
         RecordDamage{"residuals.csv", "0,left,left,corners,1,", "0,left,left,corners,-1,", "points beyond"}}) {
     write_content(home_ / "placements.yaml", placements);
