@@ -26,8 +26,8 @@ std::optional<Pose> fit_leds(const std::map<std::size_t, Eigen::Vector3d>& in_le
   return pose ? std::optional(*pose) : std::nullopt;
 }
 
-// Where nothing can be triangulated: the tracker that reads most LEDs before one placement poses that placement and the
-// LEDs.
+// Where nothing can be triangulated: the tracker that reads most LEDs before one placement poses that placement, the
+// stations before it and the LEDs.
 Expected<void> start_from_one_tracker(const CalibrationData& data, KnownSystem& known) {
   std::map<std::pair<std::size_t, std::size_t>, std::vector<LedsBeforeBoard>> candidates;  // by placement and tracker
   for (const LedView& view : data.observations.leds) {
@@ -44,7 +44,12 @@ Expected<void> start_from_one_tracker(const CalibrationData& data, KnownSystem& 
   const Sensor& sensor = known.state.rig.sensors[tracker];
   const auto start = one_tracker_start(sensor.lens, most->second);
   if (!start) return tl::unexpected(start.error());
-  known.world_from_board[placement] = sensor.sensor_from_mount.inverse() * start->tracker_from_board;
+  const Pose world_from_board = sensor.sensor_from_mount.inverse() * start->tracker_from_board;
+  known.world_from_board[placement] = world_from_board;
+  for (const auto& [sighting, probe_from_board] : known.probe_from_board) {
+    if (sighting.first != placement || !sighting.second) continue;
+    known.world_from_probe[*sighting.second] = world_from_board * probe_from_board.inverse();
+  }
   for (const auto& [led, position_mm] : start->led_in_probe_mm) {
     known.state.rig.leds[led].position_mm = position_mm;
     known.located.insert(led);
@@ -63,8 +68,10 @@ Expected<void> build_constellation(const CalibrationData& data, KnownSystem& kno
   if (waiting.empty() && !known.probe_from_board.empty()) return start_from_one_tracker(data, known);
   if (waiting.empty()) {
     return fail(
-        "at no station do two trackers see the same three LEDs: check what the trackers see and that they are "
-        "calibrated");
+        "at no station do two trackers see the same three LEDs, so that the LEDs' places cannot be measured; "
+        "nominal_mm, "
+        "which has no uncertainty, does not stand in for that: show the probe's LEDs to two calibrated trackers at "
+        "once, or calibrate the probe's camera before boards with them (then one tracker is enough)");
   }
   const auto most = std::max_element(waiting.begin(), waiting.end(),
                                      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });

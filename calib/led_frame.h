@@ -9,8 +9,8 @@
 namespace crumple {
 
 // Adds where LEDs are in their frame, and that frame at every station that shows three of them. Where nothing can be
-// triangulated, but the probe looks at boards, a single tracker poses board and LEDs instead (calib/one_tracker.h).
-// Fails where neither is possible.
+// triangulated, but the probe looks at boards, a single tracker poses board, stations and LEDs instead
+// (calib/one_tracker.h). Fails where neither is possible.
 Expected<void> build_constellation(const CalibrationData& data, KnownSystem& known);
 
 }  // namespace crumple

@@ -1,6 +1,8 @@
 #include "calib/system_part.h"
 
+#include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,13 +17,52 @@ std::string sighting_name(const CalibrationData& data, const BoardSighting& sigh
   return station == placement ? placement : fmt::format("{} from station {}", placement, station);
 }
 
+std::set<std::size_t> sensors_of(const CalibrationData& data, Mount mount) {
+  std::set<std::size_t> sensors;
+  for (std::size_t s = 0; s < data.sensors.size(); ++s) {
+    if (data.sensors[s].mount == mount && !data.sensors[s].lens_of) sensors.insert(s);
+  }
+  return sensors;
+}
+
+// Sensors that sightings of the same board join, be it through others; by their first ones.
+class JoinedSensors {
+ public:
+  JoinedSensors(const CalibrationData& data, Mount mount) {
+    for (const std::size_t s : sensors_of(data, mount)) first_of_[s] = s;
+    std::map<BoardSighting, std::size_t> seen_by;
+    for (const CornerView& view : data.observations.corners) {
+      if (!first_of_.contains(view.sensor)) continue;
+      join(view.sensor, seen_by.emplace(BoardSighting{view.placement, view.station}, view.sensor).first->second);
+    }
+    for (const StripeView& view : data.observations.stripes) join(view.camera, view.projector);
+    for (const FeatureView& view : data.observations.features) join(view.camera, view.projector);
+  }
+
+  std::map<std::size_t, std::set<std::size_t>> by_first() const {
+    std::map<std::size_t, std::set<std::size_t>> joined;
+    for (const auto& [sensor, first] : first_of_) joined[first].insert(sensor);
+    return joined;
+  }
+
+ private:
+  void join(std::size_t one, std::size_t other) {
+    if (!first_of_.contains(one) || !first_of_.contains(other)) return;
+    const auto [low, high] = std::minmax({first_of_.at(one), first_of_.at(other)});
+    for (auto& [sensor, first] : first_of_) {
+      if (first == high) first = low;
+    }
+  }
+
+  std::map<std::size_t, std::size_t> first_of_;
+};
+
 class PartMaker {
  public:
-  PartMaker(const CalibrationData& whole, Mount mount) : whole_(whole) {
+  PartMaker(const CalibrationData& whole, const std::set<std::size_t>& sensors) : whole_(whole) {
     part_.data.boards = whole.boards;
     part_.data.temperature = whole.temperature;
-    for (std::size_t s = 0; s < whole.sensors.size(); ++s) {
-      if (whole.sensors[s].mount != mount || whole.sensors[s].lens_of) continue;
+    for (const std::size_t s : sensors) {
       number_of_sensor_[s] = part_.sensors.size();
       part_.sensors.push_back(s);
       part_.data.sensors.push_back(whole.sensors[s]);
@@ -85,6 +126,15 @@ class PartMaker {
 
 }  // namespace
 
-SystemPart system_part(const CalibrationData& whole, Mount mount) { return PartMaker(whole, mount).make(); }
+SystemPart system_part(const CalibrationData& whole, Mount mount) {
+  return PartMaker(whole, sensors_of(whole, mount)).make();
+}
+
+std::vector<SystemPart> joined_parts(const CalibrationData& whole, Mount mount) {
+  std::vector<SystemPart> parts;
+  const auto joined = JoinedSensors(whole, mount).by_first();
+  for (const auto& [first, sensors] : joined) parts.push_back(PartMaker(whole, sensors).make());
+  return parts;
+}
 
 }  // namespace crumple

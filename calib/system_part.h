@@ -20,4 +20,8 @@ struct SystemPart {
 
 SystemPart system_part(const CalibrationData& whole, Mount mount);
 
+// The same, cut where no board is seen from both sides at once: each part can be calibrated by itself, and no two share
+// a placement. In the order of their first sensors.
+std::vector<SystemPart> joined_parts(const CalibrationData& whole, Mount mount);
+
 }  // namespace crumple

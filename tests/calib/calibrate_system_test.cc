@@ -1,6 +1,8 @@
 // A whole system from nothing but observations: closed forms over the graph of who sees what, then the joint
 // refinement.
 #include <algorithm>
+#include <set>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,9 +19,17 @@ using testing::HasSubstr;
 
 const CalibrationOptions kFlat{.warp = WarpChoice::off};
 
+// Of sensors fixed to the world, by their numbers: each group sees boards of its own only, in turns.
+void share_out_boards(const std::vector<std::set<std::size_t>>& groups, MadeSystem& made) {
+  std::erase_if(made.observations.corners, [&](const CornerView& view) {
+    return !view.station && !groups[view.placement % groups.size()].contains(view.sensor);
+  });
+}
+
 struct SystemCase {
   const char* name;
   MadeSystemOptions options;
+  void (*change)(MadeSystem&) = nullptr;
 };
 
 class CalibrateSystem : public testing::TestWithParam<SystemCase> {};
@@ -27,7 +37,8 @@ class CalibrateSystem : public testing::TestWithParam<SystemCase> {};
 TEST_P(CalibrateSystem, RecoversTheTruthFromNoiseFreeObservations) {
   MadeSystemOptions options = GetParam().options;
   options.led_sigma_px = options.corner_sigma_px = options.stripe_sigma_px = 0;
-  const MadeSystem made = make_system(options);
+  MadeSystem made = make_system(options);
+  if (GetParam().change != nullptr) GetParam().change(made);
   const auto found = calibrate(data_of(made), kFlat);
   ASSERT_TRUE(found) << found.error().message;
   for (std::size_t s = 0; s < made.truth.rig.sensors.size(); ++s) {
@@ -55,7 +66,29 @@ INSTANTIATE_TEST_SUITE_P(
         SystemCase{"OneTrackerAndFourStationsABoard",
                    {.trackers = 1, .leds = 6, .projector = false, .stations = 11, .placements = 3}},
         SystemCase{"FourTrackersAndAWand",
-                   {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}}),
+                   {.trackers = 4, .leds = 8, .projector = false, .stations = 12, .wand_stations = 10}},
+        SystemCase{"TrackersWithBoardsOfTheirOwn",
+                   {.projector = false, .stations = 14, .tracker_placements = 16},
+                   [](MadeSystem& made) {
+                     share_out_boards({{1}, {2}}, made);
+                   }},
+        SystemCase{"TwoPairsOfTrackersWithBoardsOfTheirOwn",
+                   {.trackers = 4, .projector = false, .stations = 12, .tracker_placements = 16},
+                   [](MadeSystem& made) {
+                     share_out_boards({{1, 2}, {3, 4}}, made);
+                   }},
+        SystemCase{"TheFirstTrackerWithBoardsOfItsOwn",
+                   {.trackers = 3, .projector = false, .stations = 12, .tracker_placements = 16},
+                   [](MadeSystem& made) {
+                     share_out_boards({{1}, {2, 3}}, made);
+                   }},
+        SystemCase{"TrackersTiedByReferencesAlone",
+                   {.trackers = 3, .projector = false, .stations = 12, .tracker_placements = 16, .room_leds = 6},
+                   [](MadeSystem& made) {
+                     share_out_boards({{1, 2}, {3}}, made);
+                     std::erase_if(made.observations.leds,
+                                   [](const LedView& view) { return view.sensor == 3 && view.station; });
+                   }}),
     [](const auto& of_case) { return of_case.param.name; });
 
 double led_error_mm(const CalibrationState& state, const CalibrationState& truth) {
@@ -173,6 +206,76 @@ TEST(CalibrateSystemStart, ATrackerWithoutBoardsIsNamed) {
   const auto found = calibrate(data_of(made), kFlat);
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().message, HasSubstr("track1"));
+}
+
+// The sum of squares over the noise's variance.
+double cost_of(const BundleResult& result, const MadeSystemOptions& options) {
+  double cost = 0;
+  for (const ViewSummary& view : result.views) {
+    const double sigma_px = view.kind == View::Kind::leds ? options.led_sigma_px : options.corner_sigma_px;
+    cost += view.residuals_px.squaredNorm() / (sigma_px * sigma_px);
+  }
+  return cost;
+}
+
+TEST(CalibrateSystemStart, TrackersWithBoardsOfTheirOwnReachTheCostOfAStartFromTheTruth) {
+  const MadeSystemOptions options{.projector = false, .stations = 16, .tracker_placements = 16};
+  MadeSystem made = make_system(options);
+  share_out_boards({{1}, {2}}, made);
+  const CalibrationOptions all_count{.warp = WarpChoice::off, .bundle = {.reject_outliers = false}};
+  const auto found = calibrate(data_of(made), all_count);
+  ASSERT_TRUE(found) << found.error().message;
+  BundleOptions same = all_count.bundle;
+  same.priors = found->priors;
+  same.corner_inflation = found->inflation.corners;
+  const auto from_truth = refine(made.truth, made.observations, same);
+  ASSERT_TRUE(from_truth) << from_truth.error().message;
+  EXPECT_NEAR(cost_of(found->bundle, options) / cost_of(*from_truth, options), 1, 1e-4);
+  EXPECT_LT(local_step(from_truth->state.rig.sensors[2].sensor_from_mount,
+                       found->bundle.state.rig.sensors[2].sensor_from_mount)
+                .norm(),
+            1e-2);
+}
+
+TEST(CalibrateSystemStart, ATrackerThatSharesNeitherBoardsNorLedsIsNamed) {
+  MadeSystem made = make_system({.trackers = 3, .projector = false, .stations = 8, .tracker_placements = 16});
+  share_out_boards({{1, 2}, {3}}, made);
+  std::erase_if(made.observations.leds, [](const LedView& view) { return view.sensor == 3; });
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("track2: no board placement is shared with the other trackers"));
+  EXPECT_THAT(found.error().message, HasSubstr("fewer than four points"));
+}
+
+TEST(CalibrateSystemStart, ATrackerThatReadsThreeLedsAtOneStationOnlyIsNamed) {
+  MadeSystem made = make_system({.trackers = 3, .projector = false, .stations = 8, .tracker_placements = 16});
+  share_out_boards({{1, 2}, {3}}, made);
+  std::erase_if(made.observations.leds, [](const LedView& view) { return view.sensor == 3 && view.station != 0U; });
+  for (LedView& view : made.observations.leds) {
+    if (view.sensor != 3) continue;
+    ASSERT_GT(view.leds.size(), 3U);
+    view.leds.resize(3);
+    view.pixels.resize(3);
+  }
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("track2"));
+  EXPECT_THAT(found.error().message, HasSubstr("fewer than four points"));
+}
+
+// Neither boards nor a second tracker that is joined tell how far away LEDs are.
+TEST(CalibrateSystemStart, TrackersWithBoardsOfTheirOwnAndNoOtherCameraAreRefusedByName) {
+  MadeSystem made = make_system({.projector = false, .stations = 8, .tracker_placements = 16});
+  share_out_boards({{1}, {2}}, made);
+  CalibrationData data = data_of(made);
+  data.sensors.erase(data.sensors.begin());
+  std::erase_if(data.observations.corners, [](const CornerView& view) { return view.sensor == 0; });
+  for (CornerView& view : data.observations.corners) --view.sensor;
+  for (LedView& view : data.observations.leds) --view.sensor;
+  const auto found = calibrate(data, kFlat);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("track1: no board placement"));
+  EXPECT_THAT(found.error().message, HasSubstr("no camera on the probe sees a board"));
 }
 
 // The second tracker is knocked after half of the stations, and nobody notices.

@@ -48,6 +48,28 @@ TEST(SystemPart, TheTrackersSeeBoardsOfTheWorldAndLaterSetUpsHaveNoPart) {
   for (const CornerView& view : part.data.observations.corners) EXPECT_LT(view.sensor, 2U);
 }
 
+TEST(SystemPart, IsCutWhereNoBoardIsSeenFromBothSides) {
+  CalibrationData whole =
+      data_of(make_system({.trackers = 4, .projector = false, .stations = 2, .tracker_placements = 6}));
+  ASSERT_EQ(joined_parts(whole, Mount::world).size(), 1U);
+  EXPECT_EQ(joined_parts(whole, Mount::probe).size(), 1U);
+  // track0 with track2 through placement 1, track2 with track3 through placement 2, track1 sees the others alone.
+  std::erase_if(whole.observations.corners, [](const CornerView& view) {
+    if (view.station) return false;
+    if (view.placement == 1) return view.sensor != 1 && view.sensor != 3;
+    if (view.placement == 2) return view.sensor != 3 && view.sensor != 4;
+    return view.sensor != 2;
+  });
+  const std::vector<SystemPart> parts = joined_parts(whole, Mount::world);
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_THAT(names_of(parts[0].data), ElementsAre("track0", "track2", "track3"));
+  EXPECT_THAT(parts[0].sensors, ElementsAre(1, 3, 4));
+  EXPECT_THAT(parts[0].data.placement_names, ElementsAre("placement_1", "placement_2"));
+  EXPECT_THAT(names_of(parts[1].data), ElementsAre("track1"));
+  EXPECT_THAT(parts[1].data.placement_names, ElementsAre("placement_3", "placement_4", "placement_5", "placement_6"));
+  for (const CornerView& view : parts[1].data.observations.corners) EXPECT_EQ(view.sensor, 0U);
+}
+
 TEST(SystemPart, OfAMountWithoutSensorsIsEmpty) {
   CalibrationData whole = data_of(make_system({.stations = 4}));
   std::erase_if(whole.sensors, [](const SensorSpec& sensor) { return sensor.mount == Mount::world; });
