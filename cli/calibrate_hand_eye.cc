@@ -22,9 +22,9 @@ namespace crumple {
 namespace {
 
 // What calibrate takes that has no meaning for poses.
-constexpr const char* kCaptureFlags[] = {"images",   "sensors", "warp",           "projector_from",
-                                         "outliers", "lens",    "cross_validate", "overlays",
-                                         "truth",    "start",   "correct",        "threads"};
+constexpr const char* kCaptureFlags[] = {"images",  "sensors",        "warp",     "projector_from", "outliers",
+                                         "lens",    "cross_validate", "overlays", "truth",          "start",
+                                         "correct", "threads",        "report",   "starts",         "suggest"};
 
 Expected<void> check_flags() {
   for (const char* name : kCaptureFlags) {

@@ -99,8 +99,15 @@ void add_leds(const Capture& capture, const RoomLeds& room, const LightSight& si
   if (!in_room.leds.empty()) input.data.observations.leds.push_back(std::move(in_room));
 }
 
-// References that only one camera sees: nothing tells their places.
-void leave_out_lone_references(CalibrationInput& input) {
+// Not in the rig then, wherever else it stands.
+void leave_out_led(const std::string& station, const std::string& sensor, const std::string& reason,
+                   CalibrationInput& input) {
+  log_warning(reason);
+  input.skipped.push_back({station, sensor, reason, false});
+}
+
+// References that only one camera sees: nothing tells their places. Returns which.
+std::set<std::size_t> leave_out_lone_references(CalibrationInput& input) {
   std::map<std::size_t, std::set<std::size_t>> seen_by;
   for (const LedView& view : input.data.observations.leds) {
     if (view.station) continue;
@@ -117,10 +124,60 @@ void leave_out_lone_references(CalibrationInput& input) {
     view = std::move(kept);
   }
   std::erase_if(input.data.observations.leds, [](const LedView& view) { return view.leds.empty(); });
+  std::set<std::size_t> lone;
   for (const auto& [led, sensors] : seen_by) {
     if (sensors.size() > 1) continue;
-    input.skipped.push_back({"room", input.data.sensors[*sensors.begin()].name,
-                             fmt::format("no other camera sees LED {}", input.data.leds[led].name), false});
+    const std::string& camera = input.data.sensors[*sensors.begin()].name;
+    leave_out_led("room", camera,
+                  fmt::format("LED {} is left out: no camera but {} sees it", input.data.leds[led].name, camera),
+                  input);
+    lone.insert(led);
+  }
+  return lone;
+}
+
+std::set<std::size_t> leds_that_were_read(const Observations& observations) {
+  std::set<std::size_t> read;
+  for (const LedView& view : observations.leds) read.insert(view.leds.begin(), view.leds.end());
+  return read;
+}
+
+// LEDs that were read at no station, by name, but for those that have been named.
+void name_unread_leds(const std::vector<LightSight>& sights, const std::set<std::size_t>& named,
+                      CalibrationInput& input) {
+  const std::set<std::size_t> read = leds_that_were_read(input.data.observations);
+  std::set<std::size_t> doubtful;  // an LED of the capture has the same number in the data
+  for (const LightSight& sight : sights) {
+    for (const IdentifiedLight& light : sight.lights->candidates) doubtful.insert(light.led);
+  }
+  for (std::size_t l = 0; l < input.data.leds.size(); ++l) {
+    if (read.contains(l) || named.contains(l)) continue;
+    const char* const why = sights.empty() ? "no camera among the sensors watches it"
+                            : doubtful.contains(l)
+                                ? "wherever it is seen its word blinks at several places; does another LED blink it?"
+                                : "it was never read; is it lit, and is that its word?";
+    leave_out_led("all", "all trackers", fmt::format("LED {} is left out: {}", input.data.leds[l].name, why), input);
+  }
+}
+
+// A rig states the places of all its LEDs, so it may not have those that no observation places.
+void drop_unseen_leds(CalibrationData& data) {
+  const std::set<std::size_t> read = leds_that_were_read(data.observations);
+  std::map<std::size_t, std::size_t> number_of;
+  std::vector<Led> kept;
+  for (const std::size_t led : read) {
+    number_of[led] = kept.size();
+    kept.push_back(data.leds[led]);
+  }
+  data.leds = std::move(kept);
+  for (LedView& view : data.observations.leds) {
+    for (std::size_t& led : view.leds) led = number_of.at(led);
+  }
+  for (ScaleBar& bar : data.bars) {
+    for (auto& [from, to] : bar.places) {
+      from = number_of.at(from);
+      to = number_of.at(to);
+    }
   }
 }
 
@@ -194,8 +251,11 @@ Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& 
   }
   if (const auto differ = check_images_differ(sights, input.data); !differ) return differ;
   for (const LightSight& sight : sights) add_leds(capture, room, sight, input);
-  leave_out_lone_references(input);
-  return check_bars_are_seen(input.data);
+  const std::set<std::size_t> lone = leave_out_lone_references(input);
+  if (const auto seen = check_bars_are_seen(input.data); !seen) return seen;
+  name_unread_leds(sights, lone, input);
+  drop_unseen_leds(input.data);
+  return {};
 }
 
 }  // namespace crumple

@@ -10,8 +10,9 @@ namespace crumple {
 // Its number among the stations of a probe that is moved about; it becomes one of them.
 std::size_t station_number(const std::string& id, CalibrationData& data);
 
-// Adds LEDs, scale bars and what is seen of them. LEDs seen at several places at once, and references that only one
-// camera sees, are left out by name. Fails on images that cannot be read, and on scale bars that are not seen.
+// Adds the LEDs that are read, scale bars and what is seen of them. LEDs seen at several places at once lose that view;
+// those that are read nowhere, and references that only one camera sees, are left out altogether: all by name, among
+// the views that were skipped. Fails on images that cannot be read, and on scale bars that are not seen.
 Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& input);
 
 }  // namespace crumple

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "cli/pose_choice.h"
+
 namespace crumple {
 namespace {
 
@@ -122,6 +124,7 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
   for (const FailedView& view : reconstruction.failed) {
     summary["failed"].push_back({{"id", view.station}, {"camera", view.camera}, {"reason", view.reason}});
   }
+  for (const auto& [station, choice] : reconstruction.choices) summary["choices"][station] = choice_json(choice);
   for (const WrittenCloud& cloud : reconstruction.clouds) {
     if (cloud.merged) summary["merged"][cloud.estimator] = merge_json(*cloud.merged);
     if (cloud.not_smoothed > 0) summary["not_smoothed"][cloud.estimator] = cloud.not_smoothed;
@@ -138,6 +141,9 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
 
 std::string reconstruction_text(const Reconstruction& reconstruction) {
   std::string text = reconstruction.refined_text;
+  for (const auto& [station, choice] : reconstruction.choices) {
+    text += fmt::format("{}: {}\n", station, choice_text(choice));
+  }
   for (const ReconstructedView& view : reconstruction.views) {
     text += fmt::format("{}, {}, {}: {} points, {:.1f} % of the lit pixels, median sigma {:.4f} mm\n", view.station,
                         view.camera, view.estimator, view.points, 100 * view.decoded_fraction, view.median_sigma_mm);

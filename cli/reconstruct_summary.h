@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include "recon/clean.h"
 #include "recon/merge.h"
 #include "recon/station.h"
+#include "tracking/probe_pose.h"
 
 namespace crumple {
 
@@ -53,8 +55,9 @@ struct Reconstruction {
   std::vector<std::string> estimators;  // the first one's cloud is the main one
   std::vector<ReconstructedView> views;
   std::vector<FailedView> failed;
-  std::vector<WrittenCloud> clouds;   // one per estimator
-  std::vector<EstimatorTruth> truth;  // empty without --truth
+  std::vector<std::pair<std::string, PoseChoice>> choices = {};  // by station, where LEDs leave several poses
+  std::vector<WrittenCloud> clouds;                              // one per estimator
+  std::vector<EstimatorTruth> truth;                             // empty without --truth
   // The main estimator by rigs beside the main one ("joint"), by their names; empty without --compare.
   std::vector<EstimatorTruth> compared = {};
   nlohmann::json refined = {};  // of --refine_stations; else null

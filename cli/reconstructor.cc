@@ -17,7 +17,8 @@ Reconstructor::Reconstructor(const Capture& capture, const Rig& rig, const Recon
       capture_(capture),
       rig_(rig),
       options_(options),
-      tracked_(is_tracked(capture, rig)) {
+      tracked_(is_tracked(capture, rig)),
+      near_(options.near) {
   AssemblyOptions assembly = options.assembly;
   assembly.merge = assembly.merge && tracked_ && stations > 1;
   for (const NamedEstimator& named : options.estimators) {
@@ -35,8 +36,13 @@ void Reconstructor::go_to(const std::string& station) {
   const auto known = refined_.find(station);
   if (known != refined_.end()) {
     where_ = known->second;
+    near_.posed(station, *where_);
   } else if (tracked_) {
-    where_ = station_pose(capture_, rig_, station, options_.pose);
+    where_ = options_.pose == PoseMethod::pixels ? near_.pose(capture_, rig_, station)
+                                                 : station_pose(capture_, rig_, station, options_.pose);
+  }
+  if (tracked_ && where_ && where_->constellation.pose.choice) {
+    reconstruction.choices.emplace_back(station, *where_->constellation.pose.choice);
   }
   if (tracked_ && where_) places_[station] = where_->constellation.pose.world_from_probe;
   if (!tracked_) uncertainty.add_untracked(station);

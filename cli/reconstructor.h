@@ -13,6 +13,7 @@
 #include "cli/reconstruct_summary.h"
 #include "cli/sensor_pairs.h"
 #include "datasets/capture.h"
+#include "datasets/near_poses.h"
 #include "datasets/station_pose.h"
 #include "recon/station.h"
 
@@ -25,6 +26,7 @@ struct NamedEstimator {
 
 struct ReconstructorOptions {
   PoseMethod pose = PoseMethod::pixels;
+  NearPoses near = {};  // as it is before the first station
   std::vector<NamedEstimator> estimators;
   BitRule rule = BitRule::inverse;
   AssemblyOptions assembly = {};  // but for whether there is something to merge
@@ -83,6 +85,7 @@ class Reconstructor {
   const Rig& rig_;
   const ReconstructorOptions& options_;
   bool tracked_;
+  NearPoses near_;
   std::map<std::string, StationPose> refined_;
   std::map<std::string, Pose> places_;  // world_from_probe of a tracked probe
   Expected<StationPose> where_ = StationPose{};

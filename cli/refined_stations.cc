@@ -11,7 +11,6 @@
 #include "calib/room_targets.h"
 #include "cli/flags.h"
 #include "cli/progress.h"
-#include "datasets/station_pose.h"
 
 namespace crumple {
 namespace {
@@ -100,7 +99,8 @@ std::string text_of(const StationRefinement& refined, const std::vector<Observed
 
 Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& rig,
                                            const std::vector<std::string>& stations,
-                                           const std::vector<SensorPair>& pairs, const StationOptions& options) {
+                                           const std::vector<SensorPair>& pairs, const StationOptions& options,
+                                           NearPoses near) {
   std::vector<ObservedStation> observed;
   std::vector<BoardSight> sights;
   std::vector<Pose> places;
@@ -108,7 +108,7 @@ Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& ri
   {
     Progress progress("reading what stations share", stations.size());
     for (const std::string& station : stations) {
-      const auto where = station_pose(capture, rig, station);
+      const auto where = near.pose(capture, rig, station);
       progress.advance();
       if (!where) continue;
       look_for_boards(capture, rig, station, observed.size(), pairs, sights);

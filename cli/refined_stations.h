@@ -12,7 +12,7 @@
 #include "calib/refined_knowledge.h"
 #include "cli/sensor_pairs.h"
 #include "datasets/capture.h"
-#include "datasets/station_pose.h"
+#include "datasets/near_poses.h"
 #include "recon/station.h"
 
 namespace crumple {
@@ -30,6 +30,7 @@ struct RefinedStations {
 // refine_stations refuses.
 Expected<RefinedStations> refined_stations(const Capture& capture, const Rig& rig,
                                            const std::vector<std::string>& stations,
-                                           const std::vector<SensorPair>& pairs, const StationOptions& options);
+                                           const std::vector<SensorPair>& pairs, const StationOptions& options,
+                                           NearPoses near);
 
 }  // namespace crumple

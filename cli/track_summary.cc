@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "cli/pose_choice.h"
+
 namespace crumple {
 namespace {
 
@@ -38,6 +40,7 @@ json pose_json(const Rig& rig, const StationPose& station) {
                 {"largest_px", station.stillness.largest_px}}},
               {"left_out", json::array()},
               {"refused_lights", json::array()}};
+  if (found.pose.choice) result["choice"] = choice_json(*found.pose.choice);
   for (const LedResidual& residual : found.pose.residuals) {
     if (residual.used) continue;
     result["left_out"].push_back({{"led", rig.leds[residual.led].name},
@@ -77,6 +80,7 @@ std::string track_text(const std::vector<TrackedStation>& stations) {
     text += fmt::format("{}: {} readings, {} left out, chi-square {:.1f} of {}; sigma {:.3f} deg, {:.2f} mm\n",
                         station.station, pose.residuals.size(), left_out(pose), pose.chi_square, pose.redundancy,
                         sigma_deg(pose), sigma_mm(pose));
+    if (pose.choice) text += fmt::format("  {}\n", choice_text(*pose.choice));
   }
   return text;
 }

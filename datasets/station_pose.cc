@@ -10,13 +10,23 @@
 namespace crumple {
 namespace {
 
+// A reference in the room that the rig is without: it says nothing of the probe.
+constexpr auto kNotInRig = static_cast<std::size_t>(-1);
+
 // The rig's index of each of the capture's LEDs.
 Expected<std::vector<std::size_t>> rig_leds(const Capture& capture, const Rig& rig) {
   std::vector<std::size_t> indices;
   for (const CaptureLed& led : capture.leds) {
     const auto found = std::find_if(rig.leds.begin(), rig.leds.end(), [&](const Led& l) { return l.name == led.name; });
+    if (found == rig.leds.end() && led.mount == Mount::world) {
+      indices.push_back(kNotInRig);
+      continue;
+    }
     if (found == rig.leds.end()) {
-      return fail(fmt::format("the rig has no LED {}: is it another probe's?", led.name));
+      return fail(
+          fmt::format("the rig has no LED {}: is it another probe's? If it was calibrated without that LED, leave it "
+                      "out of capture.yaml too",
+                      led.name));
     }
     if (found->mount != led.mount) {
       return fail(
@@ -25,6 +35,14 @@ Expected<std::vector<std::size_t>> rig_leds(const Capture& capture, const Rig& r
     indices.push_back(static_cast<std::size_t>(found - rig.leds.begin()));
   }
   return indices;
+}
+
+// Without lights of LEDs that the rig does not have.
+Identification of_the_rig(Identification lights, const std::vector<std::size_t>& leds) {
+  const auto is_not = [&](const IdentifiedLight& light) { return leds[light.led] == kNotInRig; };
+  std::erase_if(lights.leds, is_not);
+  std::erase_if(lights.candidates, is_not);
+  return lights;
 }
 
 // What is not averaged out over frames is as large as the rig's own residuals say.
@@ -64,7 +82,7 @@ bool is_tracked(const Capture& capture, const Rig& rig) {
 }
 
 Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
-                                   PoseMethod method) {
+                                   PoseMethod method, const std::optional<NearPose>& near) {
   const auto code = blink_code_of(capture);
   if (!code) return tl::unexpected(code.error());
   const auto leds = rig_leds(capture, rig);
@@ -77,11 +95,11 @@ Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const
     if (capture.exclusion(station, sensor.name) || !capture.find_frame(FrameContent::Kind::leds, sensor.name)) continue;
     auto lights = read_lights(capture, *code, sensor.name, station, options_for(rig, sensor.name));
     if (!lights) return tl::unexpected(lights.error());
-    trackers.push_back({*index, std::move(*lights)});
+    trackers.push_back({*index, of_the_rig(std::move(*lights), *leds)});
   }
   if (trackers.empty()) return fail(fmt::format("station {}: no tracker of the rig took images there", station));
   auto settled = method == PoseMethod::markers ? pose_by_markers(rig, trackers, *leds)
-                                               : settle_constellation(rig, trackers, *leds);
+                                               : settle_constellation(rig, trackers, *leds, {.near = near});
   if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
   Stillness still = stillness(readings_over_time(trackers, *leds));
   if (!still.still) {

@@ -1,6 +1,7 @@
 // Where the probe was at a station of a capture, from the trackers' images and a rig.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,12 @@ struct StationPose {
   Stillness stillness;  // of the LEDs between the repetitions of their words
 };
 
+// `near` decides where the pixels leave several poses (tracking/probe_pose.h); markers leave none.
+//
 // From all trackers that the rig knows and that took images there; what capture.yaml excludes is left out. Fails,
 // naming the station, on LEDs that the rig does not have, on an image that cannot be read, where the lights give no
 // pose, and where probe or trackers moved between the repetitions: a scan in between is spoilt then.
 Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const std::string& station,
-                                   PoseMethod method = PoseMethod::pixels);
+                                   PoseMethod method = PoseMethod::pixels, const std::optional<NearPose>& near = {});
 
 }  // namespace crumple

@@ -50,6 +50,21 @@ PosedStation read_posed_station(const YamlValue& value) {
   return station;
 }
 
+// What stations.yaml holds whoever reads it.
+std::vector<PosedStation> posed_stations(YamlMap& map) {
+  std::vector<PosedStation> all;
+  if (const auto schema = map.require("schema", kStationsSchema)) schema->one_of({kStationsSchema});
+  const auto stations = map.require("stations", "a list");
+  if (!stations) return all;
+  for (const YamlValue& value : stations->list()) {
+    const PosedStation station = read_posed_station(value);
+    const auto same = [&](const PosedStation& s) { return s.name == station.name; };
+    if (std::any_of(all.begin(), all.end(), same)) value.problem("is of a station that is there already");
+    all.push_back(station);
+  }
+  return all;
+}
+
 std::size_t sensor_named(YamlMap& map, const std::string& key, SensorKind kind, const Rig& rig) {
   const auto name = map.require(key, "a sensor of the rig");
   if (!name) return 0;
@@ -84,10 +99,7 @@ Expected<void> read_stations_yaml(const fs::path& file, const Rig& rig, StationP
   if (!document) return tl::unexpected(document.error());
   YamlProblems problems(file.string());
   YamlMap map(*document, "", &problems);
-  if (const auto schema = map.require("schema", kStationsSchema)) schema->one_of({kStationsSchema});
-  if (const auto stations = map.require("stations", "a list")) {
-    for (const YamlValue& station : stations->list()) poses.stations.push_back(read_posed_station(station));
-  }
+  poses.stations = posed_stations(map);
   if (const auto views = map.require("views", "a list")) {
     for (const YamlValue& view : views->list()) poses.views.push_back(read_view(view, rig, poses.stations));
   }
@@ -115,6 +127,20 @@ Expected<void> write_stations(const fs::path& folder, const Rig& rig, const Stat
       .and_then([&] { return write_file(folder / kDescription, posed_stations_text(rig, poses)); })
       .and_then([&] { return write_npy(folder / kByRig, poses.d_rig); })
       .and_then([&] { return write_npy(folder / kNoise, poses.covariance); });
+}
+
+Expected<std::vector<PosedStation>> read_posed_stations(const fs::path& file) {
+  const auto text = read_file(file);
+  if (!text) return tl::unexpected(text.error());
+  const auto document = parse_yaml(*text, file.string());
+  if (!document) return tl::unexpected(document.error());
+  YamlProblems problems(file.string());
+  YamlMap map(*document, "", &problems);
+  std::vector<PosedStation> poses = posed_stations(map);
+  map.find("views");
+  map.finish();
+  if (const auto error = problems.error()) return tl::unexpected(*error);
+  return poses;
 }
 
 Expected<StationsAndRig> read_stations(const fs::path& folder) {

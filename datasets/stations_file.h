@@ -6,6 +6,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "calib/station_poses.h"
 #include "solvers/rig.h"
@@ -19,6 +20,10 @@ struct StationsAndRig {
   Rig rig;
   StationPoses poses;
 };
+
+// The poses alone of stations.yaml; the files beside it are not read. Fails on a file that is missing or damaged, and
+// where two stations have one id.
+Expected<std::vector<PosedStation>> read_posed_stations(const std::filesystem::path& file);
 
 // Fails, naming file, line and key, on a missing or damaged file, on views of stations and sensors that there are not,
 // and on matrices that do not fit stations and rig.

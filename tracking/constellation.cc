@@ -5,6 +5,8 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "tracking/swapped_leds.h"
+
 namespace crumple {
 namespace {
 
@@ -91,19 +93,22 @@ std::vector<LedReadings> readings_over_time(const std::vector<TrackerLights>& tr
 Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options) {
-  for (const std::size_t led : led_of_word) {
-    if (led >= rig.leds.size()) return fail(fmt::format("a blink word for LED {}, which the rig has not", led));
-  }
   for (const TrackerLights& tracker : trackers) {
     for (const auto* lights : {&tracker.lights.leds, &tracker.lights.candidates}) {
       for (const IdentifiedLight& told : *lights) {
         if (told.led >= led_of_word.size()) return fail(fmt::format("word {} of the code is no LED's", told.led));
+        const std::size_t led = led_of_word[told.led];
+        if (led >= rig.leds.size()) return fail(fmt::format("a light is LED {}, which the rig has not", led));
       }
     }
   }
   Constellation result;
   result.readings = undoubted_readings(trackers, led_of_word);
   auto pose = probe_pose(rig, result.readings, options);
+  if (const auto swapped = find_swapped_leds(rig, result.readings, pose, options)) {
+    return fail(fmt::format("LEDs {} and {} seem swapped: each is where the other has to be; check their words",
+                            rig.leds[swapped->first].name, rig.leds[swapped->second].name));
+  }
   if (!pose) return tl::unexpected(pose.error());
   std::size_t taken = 0;
   for (std::size_t i = 0; i < trackers.size(); ++i) {

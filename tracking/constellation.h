@@ -38,7 +38,9 @@ struct Constellation {
 std::vector<LedReadings> readings_over_time(const std::vector<TrackerLights>& trackers,
                                             const std::vector<std::size_t>& led_of_word);
 
-// `led_of_word` gives the rig's index of the LED that blinks each word of the code. Fails where a pose fails.
+// `led_of_word` gives the rig's index of the LED that blinks each word of the code. Fails where a pose fails, and,
+// naming them, where two LEDs blink each other's words (tracking/swapped_leds.h): then the rest may fit by chance
+// alone.
 Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options = {});

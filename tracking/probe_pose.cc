@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <set>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -20,9 +22,10 @@ namespace {
 constexpr std::size_t kMostTriples = 60;  // per tracker
 constexpr std::size_t kRefinedStarts = 4;
 constexpr double kCauchyScale = 2;
-constexpr double kMirrorMargin = 16;    // of chi-square, by which the mirrored pose has to be worse
-constexpr std::size_t kFewLeftOut = 8;  // one in so many
-constexpr int kMostRounds = 40;         // of leaving out and taking back
+constexpr double kMirrorMargin = 16;        // of chi-square, by which the mirrored pose has to be worse
+constexpr double kDecidingShare = 1.0 / 3;  // of the turn between two poses, within which one is near
+constexpr std::size_t kFewLeftOut = 8;      // one in so many
+constexpr int kMostRounds = 40;             // of leaving out and taking back
 
 using Used = std::vector<char>;
 
@@ -201,29 +204,70 @@ std::vector<PoseFit> rivals(const std::vector<LedSighting>& sightings, const Pos
   return result;
 }
 
-Expected<void> settle_rivals(const std::vector<LedSighting>& sightings, const std::vector<PoseFit>& others,
-                             const std::optional<Pose>& near, PoseCandidate& found) {
-  if (others.empty()) return {};
+// Where the probe would be and where its z axis would point.
+std::string place_words(const Pose& world_from_probe) {
+  const Eigen::Vector3d& at = world_from_probe.translation;
+  const Eigen::Vector3d along = world_from_probe.rotation * Eigen::Vector3d::UnitZ();
+  return fmt::format("at {:.0f} {:.0f} {:.0f} mm with its z axis along {:.2f} {:.2f} {:.2f}", at.x(), at.y(), at.z(),
+                     along.x(), along.y(), along.z());
+}
+
+tl::unexpected<Error> nothing_decides(const std::vector<PoseFit>& alike) {
+  std::string places;
+  for (const PoseFit& fit : alike) places += (places.empty() ? "" : ", or ") + place_words(fit.world_from_probe);
+  return fail(
+      fmt::format("{} poses explain the LEDs' pixels alike (three LEDs, or a flat layout, seen by one tracker), the "
+                  "probe {}: show more LEDs or a second tracker, or state roughly how it was turned (--near)",
+                  alike.size(), places));
+}
+
+Expected<PoseChoice> choose(const std::vector<PoseFit>& alike, const NearPose& near, PoseCandidate& found) {
+  const auto turn_to = [&](const PoseFit& fit) {
+    return near.world_from_probe.rotation.angularDistance(fit.world_from_probe.rotation);
+  };
+  const auto nearest = std::min_element(alike.begin(), alike.end(),
+                                        [&](const PoseFit& a, const PoseFit& b) { return turn_to(a) < turn_to(b); });
+  PoseChoice choice{.poses = alike.size(),
+                    .near = near.source,
+                    .turn_rad = turn_to(*nearest),
+                    .place_mm = (near.world_from_probe.translation - nearest->world_from_probe.translation).norm(),
+                    .to_other_rad = std::numbers::pi};
+  for (auto other = alike.begin(); other != alike.end(); ++other) {
+    if (other == nearest) continue;
+    choice.to_other_rad = std::min(
+        choice.to_other_rad, nearest->world_from_probe.rotation.angularDistance(other->world_from_probe.rotation));
+  }
+  if (choice.turn_rad >= kDecidingShare * choice.to_other_rad) {
+    constexpr double kDegree = std::numbers::pi / 180;
+    return fail(fmt::format(
+        "{} poses explain the LEDs' pixels alike, and {} does not decide between them: it is turned by {:.0f} deg from "
+        "the nearest, where {:.0f} deg, a third of the turn from that to another, would be too much: show more LEDs or "
+        "a second tracker, or state better how the probe was turned (--near)",
+        alike.size(), near.source, choice.turn_rad / kDegree, kDecidingShare * choice.to_other_rad / kDegree));
+  }
+  found.fit = *nearest;
+  return choice;
+}
+
+Expected<std::optional<PoseChoice>> settle_rivals(const std::vector<PoseFit>& others,
+                                                  const std::optional<NearPose>& near, PoseCandidate& found) {
+  if (others.empty()) return std::optional<PoseChoice>{};
   // A rival that is better by as much is the pose.
-  const PoseFit* best = &found.fit;
-  for (const PoseFit& other : others) best = other.cost < best->cost ? &other : best;
-  const auto close = [&](const PoseFit& fit) { return fit.cost < best->cost + kMirrorMargin; };
-  const auto count = std::count_if(others.begin(), others.end(), close) + (close(found.fit) ? 1 : 0);
-  if (count > 1 && !near) {
-    return fail(
-        fmt::format("{} poses explain the LEDs' pixels alike (three LEDs, or a flat layout, seen by one tracker): show "
-                    "more LEDs or "
-                    "a second tracker, or state roughly where the probe is",
-                    count));
+  double least = found.fit.cost;
+  for (const PoseFit& other : others) least = std::min(least, other.cost);
+  std::vector<PoseFit> alike;
+  if (found.fit.cost < least + kMirrorMargin) alike.push_back(found.fit);
+  for (const PoseFit& other : others) {
+    if (other.cost < least + kMirrorMargin) alike.push_back(other);
   }
-  if (count > 1) {
-    const double lever = lever_mm(sightings);
-    const auto off = [&](const PoseFit& fit) { return distance_of_poses(fit.world_from_probe, *near, lever); };
-    if (close(found.fit)) best = &found.fit;
-    for (const PoseFit& other : others) best = close(other) && off(other) < off(*best) ? &other : best;
+  if (alike.size() == 1) {
+    found.fit = alike.front();
+    return std::optional<PoseChoice>{};
   }
-  found.fit = PoseFit(*best);
-  return {};
+  if (!near) return nothing_decides(alike);
+  const auto choice = choose(alike, *near, found);
+  if (!choice) return tl::unexpected(choice.error());
+  return std::optional<PoseChoice>(*choice);
 }
 
 Expected<void> check_evidence(const PoseCandidate& found, std::size_t readings) {
@@ -261,7 +305,7 @@ Expected<ProbePose> probe_pose(const Rig& rig, const LedReadings& readings, cons
   if (!sightings) return tl::unexpected(sightings.error());
   if (auto sound = check_layout(*sightings, Used(sightings->size(), 1)); !sound) return tl::unexpected(sound.error());
   std::vector<Pose> starts = quick_starts(*sightings);
-  if (options.near) starts.push_back(*options.near);
+  if (options.near) starts.push_back(options.near->world_from_probe);
   auto found = undoubted(*sightings, starts, options.gate);
   if (!found) found = nearly_undoubted(*sightings, starts, options.gate);
   if (!found) found = consensus(*sightings, starts, options.gate);
@@ -272,10 +316,11 @@ Expected<ProbePose> probe_pose(const Rig& rig, const LedReadings& readings, cons
   }
   if (auto sound = check_evidence(*found, sightings->size()); !sound) return tl::unexpected(sound.error());
   const std::vector<PoseFit> others = rivals(*sightings, *found, starts);
-  if (auto settled = settle_rivals(*sightings, others, options.near, *found); !settled) {
-    return tl::unexpected(settled.error());
-  }
-  return result_of(*sightings, *found);
+  auto choice = settle_rivals(others, options.near, *found);
+  if (!choice) return tl::unexpected(choice.error());
+  ProbePose result = result_of(*sightings, *found);
+  result.choice = std::move(*choice);
+  return result;
 }
 
 }  // namespace crumple

@@ -12,13 +12,18 @@
 // be believed.
 //
 // Refused by name: fewer than three LEDs, or LEDs on a line; LEDs spread over trackers so that none sees three and no
-// two share three; readings that contradict each other with too few left to tell which are wrong; two poses that
-// explain the pixels alike, as three LEDs or a plane seen by one tracker allow, where no pose is given that the probe
-// is near.
+// two share three; readings that contradict each other with too few left to tell which are wrong; poses that explain
+// the pixels alike, as three LEDs or a plane seen by one tracker allow, where no pose is stated that the probe is near,
+// or one that does not decide between them.
+//
+// They lie along one line of sight and differ by their turn, so it is the turn of the pose stated that decides, never
+// its place: it must be nearer to one of them than a third of the turn from that to any other. So a statement that is
+// wrong by less than a third of that turn never decides for the wrong one, and the way it errs does not matter.
 #pragma once
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "solvers/expected.h"
@@ -26,9 +31,24 @@
 
 namespace crumple {
 
+// Roughly how the probe stood, and who says so: "station door_6".
+struct NearPose {
+  Pose world_from_probe;
+  std::string source;
+};
+
 struct ProbePoseOptions {
-  double gate = 16;               // on the standardised square in two dimensions: p = 3e-4
-  std::optional<Pose> near = {};  // world_from_probe, roughly: decides between poses that the pixels do not tell apart
+  double gate = 16;                   // on the standardised square in two dimensions: p = 3e-4
+  std::optional<NearPose> near = {};  // decides between poses that the pixels do not tell apart
+};
+
+// How one of several poses that explain the pixels alike was taken.
+struct PoseChoice {
+  std::size_t poses = 0;    // that explain them, the one taken included
+  std::string near;         // the source of the pose stated
+  double turn_rad = 0;      // from that pose to the one taken
+  double place_mm = 0;      // likewise, of the probe's origin
+  double to_other_rad = 0;  // turn from the one taken to the least different other
 };
 
 struct LedResidual {
@@ -45,6 +65,8 @@ struct ProbePose {
   double chi_square = 0;
   int redundancy = 0;                  // 0 with three LEDs and one tracker: then nothing checks the pose
   std::vector<LedResidual> residuals;  // of all readings of the probe's LEDs, in their order
+  // None where the pixels alone tell the pose; else the rest holds if the choice is right.
+  std::optional<PoseChoice> choice = {};
 };
 
 Expected<ProbePose> probe_pose(const Rig& rig, const LedReadings& readings, const ProbePoseOptions& options = {});

@@ -30,6 +30,10 @@ DEFINE_string(
     "those that calibrate --starts writes: their clouds are posed by markers, scored and not written");
 DEFINE_string(pose, "pixels",
               "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
+DEFINE_string(near, "",
+              "how the probe was turned, roughly, where its LEDs leave several poses: a stations.yaml with poses by "
+              "station, or the folder of the run that wrote one; or previous: as at the last station before that its "
+              "own LEDs pose");
 DEFINE_bool(refine_stations, false,
             "refine the poses of a tracked probe's stations together, from LEDs and from the surface where stations "
             "overlap, the rig free under its own covariance; reads the images twice");
@@ -130,7 +134,7 @@ Expected<void> refine_setup(const Capture& capture, const ReconstructorOptions& 
                             const std::vector<std::string>& stations, Setup& setup) {
   StationOptions reading;
   reading.decode.bit_rule = options.rule;
-  auto refined = refined_stations(capture, setup.rig, stations, setup.pairs, reading);
+  auto refined = refined_stations(capture, setup.rig, stations, setup.pairs, reading, options.near);
   if (!refined) {
     log_warning("--refine_stations: stations stay where their LEDs put them: " + refined.error().message);
     setup.refusal = refined.error().message;
@@ -208,13 +212,19 @@ Expected<void> refuse_if_all_failed(const Reconstruction& reconstruction) {
 
 Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   const auto began = std::chrono::steady_clock::now();
-  const auto choices = choices_from_flags();
+  auto choices = choices_from_flags();
   if (!choices) return usage_error(choices.error().message);
   if (!FLAGS_compare.empty() && FLAGS_truth.empty())
     return usage_error("--compare wants --truth: the rigs are compared with it");
   if (FLAGS_refine_stations && choices->pose == PoseMethod::markers) {
     return usage_error("--refine_stations wants --pose=pixels: markers have no uncertainty to refine under");
   }
+  if (!FLAGS_near.empty() && choices->pose == PoseMethod::markers) {
+    return usage_error("--near wants --pose=pixels: markers leave one pose or none");
+  }
+  auto near = NearPoses::create(FLAGS_near);
+  if (!near) return tl::unexpected(near.error());
+  choices->near = std::move(*near);
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto rig = read_rig(FLAGS_rig);
@@ -275,6 +285,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   const auto written = write_results(*folder, *capture, work, *deviations, result.document).and_then([&] {
     std::vector<std::filesystem::path> inputs = capture_files(*capture);
     inputs.emplace_back(FLAGS_rig);
+    if (choices->near.file()) inputs.push_back(*choices->near.file());
     return commit_with_record(*folder, context, inputs);
   });
   if (!written) return tl::unexpected(written.error());
@@ -303,7 +314,7 @@ Verb reconstruct_verb() {
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "refine_stations", "clean",
+      .flags = {"rig", "out", "images", "stations", "estimator", "bit_rule", "pose", "near", "refine_stations", "clean",
                 "merge", "spacing", "smooth", "compare", "truth", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_reconstruct};

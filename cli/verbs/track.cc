@@ -13,11 +13,12 @@
 #include "datasets/earlier_rig.h"
 #include "datasets/json_text.h"
 #include "datasets/led_images.h"
+#include "datasets/near_poses.h"
 #include "datasets/output_folder.h"
 #include "datasets/rig_file.h"
-#include "datasets/station_pose.h"
 
 DECLARE_string(rig);
+DECLARE_string(near);
 
 namespace crumple {
 namespace {
@@ -93,6 +94,8 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   }
   const auto stations = tracked_stations(*capture);
   if (!stations) return tl::unexpected(stations.error());
+  auto near = NearPoses::create(FLAGS_near);
+  if (!near) return tl::unexpected(near.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
 
@@ -101,7 +104,7 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   {
     Progress progress("tracking", stations->size());
     for (const std::string& station : *stations) {
-      tracked.push_back({station, station_pose(*capture, *rig, station)});
+      tracked.push_back({station, near->pose(*capture, *rig, station)});
       if (tracked.back().found) uncertainty.add_tracked(station, *tracked.back().found);
       progress.advance();
     }
@@ -124,6 +127,7 @@ Expected<VerbResult> run_track(const VerbContext& context) {
           .and_then([&] {
             std::vector<std::filesystem::path> inputs = capture_files(*capture);
             inputs.emplace_back(FLAGS_rig);
+            if (near->file()) inputs.push_back(*near->file());
             return commit_with_record(*folder, context, inputs);
           });
   if (!written) return tl::unexpected(written.error());
@@ -143,13 +147,15 @@ Verb track_verb() {
           "station), stations.yaml with how the poses depend on the rig, and summary.json. Where the rig has trackers "
           "but no LED of the probe, the LEDs are found first, "
           "from all stations together, and written to rig/. A station at which something moved between two readings "
-          "of the LEDs fails. Exit code 5 where some stations failed and the others are written.",
+          "of the LEDs fails, and so does one at which several poses explain the pixels, as three LEDs before one "
+          "tracker allow, unless --near tells which. Exit code 5 where some stations failed and the others are "
+          "written.",
       .example =
           "$ crumple track door/capture.yaml --rig=rig --out=poses\n"
           "door_1: 10 readings, 0 left out, chi-square 14.2 of 14; sigma 0.021 deg, 0.32 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "threads", "overwrite", "json"},
+      .flags = {"rig", "out", "images", "stations", "near", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_track};
 }

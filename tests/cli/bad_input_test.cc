@@ -1,4 +1,5 @@
 // Bad input, end to end: a sentence that names what is wrong, exit code 3, and nothing half-written.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <opencv2/imgcodecs.hpp>
 #include <sys/mount.h>
@@ -106,6 +107,29 @@ TEST_F(BadInput, FewerThanThreePlacements) {
   }
   expect_refused("calibrate",
                  {"cam0 sees the board in 2 placements: a calibration needs at least 3", "board_1", "board_4"});
+}
+
+// The camera's images of all stations once more, as those of a second camera at stations of its own.
+TEST_F(BadInput, ABoardThatNoTwoCamerasSeeAtOnce) {
+  for (int i = 1; i <= 4; ++i) {
+    const fs::path other = home_ / fmt::format("capture/other_{}", i);
+    fs::copy(home_ / fmt::format("capture/board_{}", i), other, fs::copy_options::recursive);
+    fs::rename(other / "cam0", other / "cam1");
+  }
+  replace_in(description(), "crumple-capture/2", "crumple-capture/3");
+  const std::string sound = content_of(description());
+  const std::size_t begin = sound.find("  \"cam0\":"), end = sound.find("  \"proj0\":");
+  ASSERT_TRUE(begin < end && end != std::string::npos) << sound;
+  const std::string first = sound.substr(begin, end - begin);
+  std::string second = first;
+  second.replace(second.find("cam0"), 4, "cam1");
+  const std::string stations = "board_1, board_2, board_3, board_4", others = "other_1, other_2, other_3, other_4";
+  const std::string text = sound.substr(0, begin) + first + "    stations: [" + stations + "]\n" + second +
+                           "    stations: [" + others + "]\n" + sound.substr(end);
+  write_content(description(),
+                text.substr(0, text.find("\nstations:")) + "\nstations: [" + stations + ", " + others + "]\n");
+  expect_refused("calibrate",
+                 {"cam1 shares no board placement with the other cameras: show the board to both at once"});
 }
 
 TEST_F(NoPlacementsToTellFrom, Parallel) {

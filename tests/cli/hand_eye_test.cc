@@ -74,10 +74,35 @@ TEST_F(HandEyeProgram, SaysWhatIsWrongWithTheCommandLineAndTheInput) {
   EXPECT_EQ(run("hand.csv --out=out").exit_code, 2);
   EXPECT_EQ(run("hand.csv eye.csv --warp=on --out=out").exit_code, 2);
   EXPECT_EQ(run("hand.csv eye.csv --invert=board --out=out").exit_code, 2);
+  for (const std::string name : {"report", "starts", "suggest=2"}) {
+    const ProgramRun refused = run("hand.csv eye.csv --" + name + " --out=out");
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_THAT(refused.err, testing::HasSubstr("--" + name.substr(0, name.find('=')) + " is about captures"));
+  }
   write_content(folder_ / "bad.csv", "1, 2, 3\n");
   const ProgramRun bad = run("hand.csv bad.csv --out=out");
   EXPECT_EQ(bad.exit_code, 3);
   EXPECT_THAT(bad.err, testing::HasSubstr("bad.csv:1: has 3 fields, not 8"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+// The eye moves freely and turns about one axis: where it is along that nothing tells.
+TEST_F(HandEyeProgram, RefusesTurnsAboutOneAxis) {
+  const auto eye_from_board = [](double t) {
+    const double turn_rad = 0.5 * std::sin(0.5 * t + 0.06 * t * t) + 0.2 * std::sin(2.3 * t);
+    return Pose{rotation_from_vector(turn_rad * Eigen::Vector3d(0.6, 0, 0.8)),
+                {60 * std::sin(1.3 * t), 50 * std::sin(0.9 * t), 900 + 40 * std::sin(1.7 * t)}};
+  };
+  std::vector<StampedPose> hand, eye;
+  for (double t = -0.5; t < 20.5; t += 0.01) {
+    hand.push_back({t, made_.world_from_board * eye_from_board(t).inverse() * made_.hand_from_eye.inverse()});
+  }
+  for (double t = 0; t < 20; t += 1.0 / 30) eye.push_back({t, eye_from_board(t).inverse()});
+  write_content(folder_ / "one_axis_hand.csv", csv_of(hand));
+  write_content(folder_ / "one_axis_eye.csv", csv_of(eye));
+  const ProgramRun refused = run("one_axis_hand.csv one_axis_eye.csv --out=out");
+  EXPECT_EQ(refused.exit_code, 3) << refused.out;
+  EXPECT_THAT(refused.err, testing::HasSubstr("axes are parallel"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
 }
 

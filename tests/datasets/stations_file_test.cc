@@ -50,6 +50,20 @@ TEST(StationsFile, WhatIsWrittenIsReadBack) {
   }
 }
 
+TEST(StationsFile, ThePosesAloneNeedNoFilesBesideThem) {
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_stations(home.path(), rig_of_a_pair(), two_stations()));
+  std::filesystem::remove_all(home / "rig");
+  const auto poses = read_posed_stations(home / "stations.yaml");
+  ASSERT_TRUE(poses) << poses.error().message;
+  ASSERT_EQ(poses->size(), 2U);
+  EXPECT_EQ((*poses)[0].name, "door, left");
+  EXPECT_EQ((*poses)[1].world_from_probe.translation, two_stations().stations[1].world_from_probe.translation);
+  replace_in(home / "stations.yaml", "id: \"2\"", "id: \"door, left\"");
+  EXPECT_THAT(read_posed_stations(home / "stations.yaml").error().message, HasSubstr("is there already"));
+  EXPECT_THAT(read_posed_stations(home / "none.yaml").error().message, HasSubstr("none.yaml"));
+}
+
 TEST(StationsFile, WhatDoesNotFitIsNamed) {
   const TemporaryFolder home;
   const auto message = [&](const std::string& old_text, const std::string& new_text) {

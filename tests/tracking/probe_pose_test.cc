@@ -63,13 +63,54 @@ TEST(ProbePose, ThreeLedsAndTwoTrackersSuffice) {
 
 TEST(ProbePose, ThreeLedsAndOneTrackerNeedToKnowRoughlyWhere) {
   const MadeStation station = make_station({.leds = 3, .trackers = 1});
-  EXPECT_THAT(probe_pose(station.rig, station.readings).error().message, HasSubstr("explain the LEDs' pixels alike"));
+  const std::string refusal = probe_pose(station.rig, station.readings).error().message;
+  EXPECT_THAT(refusal, HasSubstr("explain the LEDs' pixels alike"));
+  EXPECT_THAT(refusal, HasSubstr("at 40 -30 3000 mm"));  // the true one among them
+  EXPECT_THAT(refusal, HasSubstr("--near"));
   Vector6d step;
   step << 0.05, -0.05, 0.02, 10, -10, 30;
-  const auto found = probe_pose(station.rig, station.readings, {.near = retract(station.world_from_probe, step)});
+  const NearPose near{retract(station.world_from_probe, step), "station before"};
+  const auto found = probe_pose(station.rig, station.readings, {.near = near});
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_LT(off_mm(found->world_from_probe, station.world_from_probe), 1e-4);
   EXPECT_EQ(found->redundancy, 0);
+  ASSERT_TRUE(found->choice);
+  EXPECT_GE(found->choice->poses, 2U);
+  EXPECT_EQ(found->choice->near, "station before");
+  EXPECT_NEAR(found->choice->turn_rad, step.head<3>().norm(), 1e-5);
+  EXPECT_NEAR(found->choice->place_mm, step.tail<3>().norm(), 1e-3);
+}
+
+// Turned from one of the poses towards the other by so much of the turn between them.
+TEST(ProbePose, TheStatedPoseMustBeClearlyNearerToOneOfThem) {
+  const MadeStation station = make_station({.leds = 3, .trackers = 1});
+  const Pose& truth = station.world_from_probe;
+  const auto sightings = led_sightings(station.rig, station.readings).value();
+  const auto other = probe_pose(station.rig, station.readings, {.near = NearPose{mirrored(sightings, truth)[0], ""}});
+  ASSERT_TRUE(other) << other.error().message;
+  ASSERT_EQ(other->choice->poses, 2U);
+  ASSERT_GT(off_mm(other->world_from_probe, truth), 10);
+  const auto pose_near = [&](double share) {
+    const Pose stated{truth.rotation.slerp(share, other->world_from_probe.rotation), {700, 0, 2000}};
+    return probe_pose(station.rig, station.readings, {.near = NearPose{stated, "station door_6"}});
+  };
+  const auto one = pose_near(0.3), none = pose_near(0.4), neither = pose_near(0.5), another = pose_near(0.7);
+  ASSERT_TRUE(one && another);
+  EXPECT_LT(off_mm(one->world_from_probe, truth), 1e-4);
+  EXPECT_LT(off_mm(another->world_from_probe, other->world_from_probe), 1e-4);
+  EXPECT_NEAR(one->choice->turn_rad, 0.3 * one->choice->to_other_rad, 1e-5);
+  ASSERT_TRUE(!none && !neither);
+  EXPECT_THAT(none.error().message, HasSubstr("station door_6 does not decide between them"));
+  EXPECT_THAT(neither.error().message, HasSubstr("station door_6 does not decide between them"));
+}
+
+TEST(ProbePose, WhatThePixelsTellIsNotAskedOfAStatedPose) {
+  const MadeStation station = make_station({.leds = 6, .trackers = 1});
+  const Pose elsewhere{rotation_from_vector({0, 2, 0}), {0, 900, 2000}};
+  const auto found = probe_pose(station.rig, station.readings, {.near = NearPose{elsewhere, "station door_6"}});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_FALSE(found->choice);
+  EXPECT_LT(off_mm(found->world_from_probe, station.world_from_probe), 1e-5);
 }
 
 TEST(ProbePose, AFlatLayoutFarFromOneTrackerIsAmbiguous) {

@@ -1,0 +1,237 @@
+// A tracked probe with a projector, from images to one cloud of the room: rendered, calibrated with a scale bar and a
+// reference LED, reconstructed.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include <Eigen/Core>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "datasets/capture.h"
+#include "datasets/cloud_file.h"
+#include "solvers/distribution_tails.h"
+#include "tests/cli/program.h"
+
+namespace crumple {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::AnyOf;
+using testing::HasSubstr;
+using testing::Not;
+
+// tests/data/scenes/tracked_scan.yaml: the bar's LEDs are 600.1127 mm apart, and the board's pitch is 48 mm, of which
+// the description says 47.9.
+constexpr double kBar_mm = 600.1127, kBarSigma_mm = 0.02, kPitch_mm = 48, kStatedPitch_mm = 47.9;
+
+// Rendered and calibrated once for all tests of a program run.
+class TrackedScan {
+ public:
+  static const TrackedScan& get() {
+    static const TrackedScan scan;
+    return scan;
+  }
+
+  std::filesystem::path capture() const { return home_ / "capture"; }
+  const ProgramRun& rendered() const { return rendered_; }
+  const ProgramRun& calibrated() const { return calibrated_; }
+
+  // Of the description of that name, with the rig, against the truth.
+  ProgramRun reconstruct(const std::string& description, const std::string& flags,
+                         const std::filesystem::path& out) const {
+    return run_program(fmt::format("reconstruct '{}' --rig='{}' --truth='{}' --json --out='{}' {}",
+                                   (capture() / description).string(), (home_ / "rig").string(),
+                                   (capture() / "truth").string(), out.string(), flags));
+  }
+
+ private:
+  TrackedScan()
+      : rendered_(run_program("simulate '" CRUMPLE_SOURCE_DIR
+                              "/tests/data/scenes/tracked_scan.yaml' --nodepth_maps --out='" +
+                              capture().string() + "'")) {
+    replace_in(capture() / "capture.yaml", "pitch_mm: 48", fmt::format("pitch_mm: {}", kStatedPitch_mm));
+    replace_in(capture() / "capture.yaml", "\ntracker_frames:",
+               fmt::format("\nscale_bars:\n  bar: {{leds: [bar_a, bar_b], length_mm: {}, "
+                           "certificate: {{length_sigma_mm: {}}}}}\ntracker_frames:",
+                           kBar_mm, kBarSigma_mm));
+    calibrated_ = run_program("calibrate '" + (capture() / "capture.yaml").string() +
+                              "' --starts --nooverlays --noreport --json --out='" + (home_ / "rig").string() + "'");
+  }
+
+  TemporaryFolder home_;
+  ProgramRun rendered_;
+  ProgramRun calibrated_;
+};
+
+Eigen::Vector3d vector_of(const json& numbers) {
+  return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
+}
+
+// Standard, of the position of a point in the room: what the cloud says of itself.
+double stated_mm(const json& cloud) {
+  const json& of = cloud["uncertainty"];
+  return std::hypot(of["median_calibration_mm"].get<double>(), of["median_station_mm"].get<double>(),
+                    of["median_decoding_mm"].get<double>());
+}
+
+// What one rigid move of the cloud onto the surface cannot take away: the stations' poses against each other, decoding.
+double stated_shape_mm(const json& cloud) {
+  const json& of = cloud["uncertainty"];
+  return std::hypot(of["median_station_mm"].get<double>(), of["median_decoding_mm"].get<double>());
+}
+
+// The rig and the stations are common to all points: the whole cloud is off as one sample of its uncertainty is, and 4
+// sigmas are exceeded once in 16,000.
+void expect_as_good_as_stated(const json& cloud) {
+  ASSERT_TRUE(cloud["uncertainty"].value("scale_known", false)) << cloud["uncertainty"];
+  EXPECT_LE(cloud["truth"]["cloud_raw_rms_mm"]["weighted"].get<double>(), 4 * stated_mm(cloud));
+  EXPECT_LE(cloud["truth"]["estimators"]["weighted"]["moved_rms_mm"].get<double>(), 4 * stated_shape_mm(cloud));
+}
+
+TEST(TrackedScanVerbs, CalibrateTakesTheScaleOfTheBar) {
+  const TrackedScan& scan = TrackedScan::get();
+  ASSERT_EQ(scan.rendered().exit_code, 0) << scan.rendered().err;
+  ASSERT_THAT(scan.calibrated().exit_code, AnyOf(0, 4)) << scan.calibrated().err;
+  const json summary = json::parse(scan.calibrated().out);
+  EXPECT_TRUE(std::any_of(summary["priors"].begin(), summary["priors"].end(), [](const json& prior) {
+    return prior["name"] == "bar" && !prior["weak"];
+  })) << summary["priors"];
+  // Nothing but the bar tells lengths: it keeps its own within 4 sigmas of its certificate, and the board's pitch,
+  // which is described wrongly by 60 of the certificate's sigmas, follows it. No scale is known better than
+  // the bar.
+  const json& leds = summary["leds"];
+  const double length_mm = (vector_of(leds["bar_a"]["position_mm"]) - vector_of(leds["bar_b"]["position_mm"])).norm();
+  EXPECT_NEAR(length_mm, kBar_mm, 4 * kBarSigma_mm);
+  const double scale_sigma = summary["scale_uncertainty"].get<double>();
+  EXPECT_GE(scale_sigma, kBarSigma_mm / kBar_mm);
+  EXPECT_NEAR(summary["boards"]["board"]["scale"].get<double>(), kPitch_mm / kStatedPitch_mm, 4 * scale_sigma);
+  EXPECT_LT(4 * scale_sigma, kPitch_mm / kStatedPitch_mm - 1);
+  for (const json& note : summary["notes"]) EXPECT_THAT(note.get<std::string>(), Not(HasSubstr("size of board")));
+}
+
+// The room's LEDs are seen by both trackers at every station: their places are known, in the first tracker's frame.
+TEST(TrackedScanVerbs, CalibrateFindsTheReferenceLedInTheRoom) {
+  const TrackedScan& scan = TrackedScan::get();
+  ASSERT_THAT(scan.calibrated().exit_code, AnyOf(0, 4)) << scan.calibrated().err;
+  const json summary = json::parse(scan.calibrated().out);
+  const json& reference = summary["leds"]["reference"];
+  EXPECT_EQ(reference["mount"], "world");
+  const Eigen::Vector3d truth(618.3, -487.2, 2492.6);
+  const Eigen::Vector3d off = vector_of(reference["position_mm"]) - truth, sigma = vector_of(reference["sigma_mm"]);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_LE(std::abs(off[axis]), 4 * sigma[axis]) << "axis " << axis;
+  EXPECT_EQ(summary["leds"]["a"]["mount"], "probe");
+  EXPECT_EQ(summary["leds"].size(), 8U);
+}
+
+TEST(TrackedScanVerbs, ReconstructMergesStationsIntoOneCloudOfTheRoom) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const ProgramRun run =
+      scan.reconstruct("capture.yaml", "--stations=door_1,door_2 --compare=closed_forms,stagewise", home / "cloud");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json summary = json::parse(run.out);
+  const json& merged = summary["merged"]["weighted"];
+  EXPECT_EQ(merged["stations"].size(), 2U);
+  EXPECT_GT(merged["overlap_share"].get<double>(), 0.5);
+  expect_as_good_as_stated(summary);
+  const json& truth = summary["truth"];
+  EXPECT_EQ(truth["world_raw_rms_mm"]["joint"], truth["estimators"]["weighted"]["trimmed_rms_mm"]);
+  for (const char* const rig : {"closed_forms", "stagewise"}) {
+    EXPECT_GT(truth["world_raw_rms_mm"][rig].get<double>(), truth["world_raw_rms_mm"]["joint"].get<double>()) << rig;
+  }
+  const Cloud cloud = read_cloud(home / "cloud/cloud.ply").value();
+  EXPECT_EQ(cloud.frame, "world");
+  EXPECT_THAT(cloud.stations, testing::ElementsAre("door_1", "door_2"));
+  EXPECT_EQ(cloud.points.size(), summary["points"].get<std::size_t>());
+  EXPECT_FALSE(cloud.shares.empty());
+}
+
+TEST(TrackedScanVerbs, ReconstructPosesByMarkers) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const ProgramRun pixels = scan.reconstruct("capture.yaml", "--stations=door_1", home / "pixels");
+  ASSERT_EQ(pixels.exit_code, 0) << pixels.err;
+  const ProgramRun markers = scan.reconstruct("capture.yaml", "--stations=door_1 --pose=markers", home / "markers");
+  ASSERT_EQ(markers.exit_code, 0) << markers.err;
+  const json by_pixels = json::parse(pixels.out), by_markers = json::parse(markers.out);
+  EXPECT_THAT(by_markers["uncertainty"]["lacks"].get<std::string>(), HasSubstr("markers"));
+  // The same points at another place: a pose changes no shape, but for the rounding of room coordinates of 3 m.
+  const Cloud one = read_cloud(home / "pixels/cloud.ply").value(),
+              other = read_cloud(home / "markers/cloud.ply").value();
+  ASSERT_EQ(one.points.size(), other.points.size());
+  double changed_mm = 0;
+  for (std::size_t i = 1; i < one.points.size(); ++i) {
+    changed_mm = std::max(changed_mm, std::abs((one.points[i].position_mm - one.points[0].position_mm).norm() -
+                                               (other.points[i].position_mm - other.points[0].position_mm).norm()));
+  }
+  EXPECT_LT(changed_mm, 1e-6);
+  // Markers state no uncertainty. What the rig puts on the cloud is common to both ways, and is the larger part.
+  EXPECT_LE(by_markers["truth"]["cloud_raw_rms_mm"]["weighted"].get<double>(), 4 * stated_mm(by_pixels));
+  EXPECT_NE(by_markers["truth"]["cloud_raw_rms_mm"], by_pixels["truth"]["cloud_raw_rms_mm"]);
+}
+
+TEST(TrackedScanVerbs, ReconstructRefinesStationsByTheirOverlap) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const ProgramRun run = scan.reconstruct("capture.yaml", "--stations=door_1,door_2 --refine_stations", home / "cloud");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json summary = json::parse(run.out);
+  const json& refined = summary["refined"];
+  ASSERT_FALSE(refined.contains("refused")) << refined;
+  EXPECT_EQ(refined["overlaps"], 1);
+  EXPECT_GT(refined["pairs"].get<int>(), 0);
+  ASSERT_EQ(refined["stations"].size(), 2U);
+  for (const json& station : refined["stations"]) {
+    EXPECT_LE(station["sigma_mm"].get<double>(), station["sigma_by_leds_mm"].get<double>()) << station;
+    EXPECT_LE(station["sigma_deg"].get<double>(), station["sigma_by_leds_deg"].get<double>()) << station;
+    EXPECT_GT(station["moved_sigmas"].get<double>(), 0) << station;
+    // Over six directions, in sigmas of what LEDs alone say: its square is no larger than a chi-square of six.
+    EXPECT_LE(std::pow(station["moved_sigmas"].get<double>(), 2), chi_square_exceeded(1e-4, 6)) << station;
+  }
+  ASSERT_GE(refined["freedom"].get<int>(), 1);
+  // LEDs and surface contradict each other by no more than chance.
+  EXPECT_LE(refined["led_squares_grown_by"].get<double>(), chi_square_exceeded(1e-4, refined["freedom"].get<int>()));
+  expect_as_good_as_stated(summary);
+}
+
+// The second half of door_2's images of the LEDs is taken from where the probe stood after a push by 1 mm.
+TEST(TrackedScanVerbs, AStationThatWasPushedBetweenReadingsIsNamedAndTheOtherIsWritten) {
+  const TrackedScan& scan = TrackedScan::get();
+  ASSERT_EQ(scan.rendered().exit_code, 0) << scan.rendered().err;
+  const std::filesystem::path pushed = scan.capture() / "door_2_pushed";
+  std::filesystem::copy(scan.capture() / "door_2", pushed, std::filesystem::copy_options::recursive);
+  const Capture capture = read_capture(scan.capture() / "capture.yaml").value();
+  for (const std::string tracker : {"tracker0", "tracker1"}) {
+    const std::size_t frames = capture.frames_of(tracker).size();
+    for (std::size_t frame = frames - capture.leds.front().word.size(); frame < frames; ++frame) {
+      const std::filesystem::path image = capture.image_file(tracker, "pushed", frame);
+      std::filesystem::copy_file(image, pushed / tracker / image.filename(),
+                                 std::filesystem::copy_options::overwrite_existing);
+    }
+  }
+  const std::string whole = content_of(scan.capture() / "capture.yaml");
+  write_content(scan.capture() / "pushed.yaml", whole.substr(0, whole.find("\nstations:")) +
+                                                    "\nstations:\n"
+                                                    "  - {id: door_1, board: false}\n"
+                                                    "  - {id: door_2, name_in_files: door_2_pushed, board: false}\n");
+  const TemporaryFolder home;
+  const ProgramRun run = scan.reconstruct("pushed.yaml", "", home / "cloud");
+  ASSERT_EQ(run.exit_code, 5) << run.err;
+  const json summary = json::parse(run.out);
+  ASSERT_EQ(summary["failed"].size(), 1U) << summary["failed"];
+  EXPECT_EQ(summary["failed"][0]["id"], "door_2");
+  EXPECT_THAT(summary["failed"][0]["reason"].get<std::string>(),
+              AllOf(HasSubstr("station door_2: the probe or a tracker moved by up to "),
+                    HasSubstr("between readings of the LEDs")));
+  ASSERT_EQ(summary["stations"].size(), 1U);
+  EXPECT_EQ(summary["stations"][0]["id"], "door_1");
+  EXPECT_THAT(read_cloud(home / "cloud/cloud.ply").value().stations, testing::ElementsAre("door_1"));
+}
+
+}  // namespace
+}  // namespace crumple
