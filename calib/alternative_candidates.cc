@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "calib/scale_uncertainty.h"
 #include "recon/patterns.h"
 #include "solvers/decompositions.h"
 #include "solvers/sensor_chain.h"
@@ -313,17 +314,20 @@ class CandidateMaker {
                "--warp=on",
                subject, height_range(outcome.estimate));
          }});
-    made_.push_back(
-        {AlternativeKind::size, subject,
-         over_board(b, 1,
-                    [](const Eigen::Vector3d& point, const Eigen::MatrixXd& moved, Eigen::Ref<Eigen::MatrixXd> row) {
-                      row = moved.leftCols<2>() * point.head<2>();
-                    }),
-         [subject](const ScoreOutcome& outcome) {
-           return fmt::format(
-               "the pitch of {} is off by {:+.3g} % from what the others, bars and certificates say: measure it",
-               subject, 100 * outcome.estimate[0]);
-         }});
+    // Beside a bar or certified boards a size without a certificate is measured.
+    if (!scale_is_measured(calibration_.priors, b)) {
+      made_.push_back(
+          {AlternativeKind::size, subject,
+           over_board(b, 1,
+                      [](const Eigen::Vector3d& point, const Eigen::MatrixXd& moved, Eigen::Ref<Eigen::MatrixXd> row) {
+                        row = moved.leftCols<2>() * point.head<2>();
+                      }),
+           [subject](const ScoreOutcome& outcome) {
+             return fmt::format(
+                 "the pitch of {} is off by {:+.3g} % from what the others, bars and certificates say: measure it",
+                 subject, 100 * outcome.estimate[0]);
+           }});
+    }
     made_.push_back(
         {AlternativeKind::size, subject,
          over_board(b, 2,

@@ -102,6 +102,11 @@ Expected<AlternativeTests> test_alternatives(const CalibrationData& data, const 
         result.size_limits.push_back({candidates[c].subject, outcome.sigma[0] * (least_found + kFourOfFive)});
       }
     }
+    std::vector<std::string>& lenses = result.tested_lenses;
+    if (candidates[c].kind == AlternativeKind::lens && outcome.degrees > 0 &&
+        std::find(lenses.begin(), lenses.end(), candidates[c].subject) == lenses.end()) {
+      lenses.push_back(candidates[c].subject);
+    }
     Tested tested{c, outcome, outcome.gain, outcome.degrees};
     if (matters(tested, candidates.size(), inflation)) promising.push_back(std::move(tested));
   }
@@ -112,8 +117,9 @@ Expected<AlternativeTests> test_alternatives(const CalibrationData& data, const 
       return a.gain - per_degree * a.degrees < b.gain - per_degree * b.degrees;
     });
     const AlternativeCandidate& chosen = candidates[best->candidate];
-    result.found.push_back({chosen.kind, chosen.sentence(best->outcome) + or_else(candidates, promising, *best),
-                            best->gain, best->degrees, best->outcome.effect, best->outcome.bias});
+    result.found.push_back({chosen.kind, chosen.subject,
+                            chosen.sentence(best->outcome) + or_else(candidates, promising, *best), best->gain,
+                            best->degrees, best->outcome.effect, best->outcome.bias});
     found_columns = beside(found_columns, chosen.columns);
     found = tester->test(found_columns);
     std::vector<Tested> left;

@@ -32,6 +32,7 @@ enum class AlternativeKind { led, place, shape, size, lens, polarity };
 
 struct Alternative {
   AlternativeKind kind = AlternativeKind::lens;
+  std::string subject;   // the board, sensor or LED it is about
   std::string sentence;  // what it is, how much, what to do
   double gain = 0;
   int degrees = 0;
@@ -51,7 +52,8 @@ struct AlternativeTests {
   // Boards whose size nothing else could contradict; in the order of the data's boards.
   std::vector<std::string> untestable_sizes;
   std::vector<SizeLimit> size_limits;  // of the others
-  std::vector<Alternative> found;      // the most obvious first
+  std::vector<std::string> tested_lenses;
+  std::vector<Alternative> found;  // the most obvious first
 };
 
 // `data` and `calibration` belong together. Fails where the refinement's equations have no inverse.

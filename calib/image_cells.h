@@ -39,8 +39,6 @@ struct ImageCells {
 
 inline constexpr double kLongSideCells = 16;
 inline constexpr double kLeastForMean = 3;
-// From here on the means form a pattern: rms_mean_px over expected_px.
-inline constexpr double kPatternOverNoise = 1.5;
 
 ImageCells image_cells(const std::vector<PlacedResidual>& residuals, ImageSize size);
 

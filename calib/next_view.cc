@@ -34,12 +34,12 @@ Eigen::VectorXd variances_after(const Eigen::VectorXd& before, const Eigen::Matr
 
 }  // namespace
 
-Expected<NextViews> next_views(const CalibrationData& data, const Calibration& calibration, int count, int threads) {
+Expected<NextViews> next_views(const CalibrationData& data, const Calibration& calibration,
+                               const std::vector<ViewCandidate>& candidates, int count, int threads) {
   const std::vector<BlockId> blocks = estimated_blocks(data, calibration);
   const auto volume = measuring_volume(data, calibration, blocks);
   if (!volume) return tl::unexpected(volume.error());
   Eigen::MatrixXd covariance = calibration.bundle.covariance.of(blocks, calibration.bundle.state);
-  const auto candidates = count > 0 ? view_candidates(data, calibration) : std::vector<ViewCandidate>();
   std::vector<Eigen::MatrixXd> told(candidates.size());
   parallel_for(candidates.size(), threads,
                [&](std::size_t c) { told[c] = told_by(candidates[c], data, calibration, blocks, covariance.rows()); });
@@ -66,6 +66,11 @@ Expected<NextViews> next_views(const CalibrationData& data, const Calibration& c
     uncertainty = *best;
   }
   return result;
+}
+
+Expected<NextViews> next_views(const CalibrationData& data, const Calibration& calibration, int count, int threads) {
+  const auto candidates = count > 0 ? view_candidates(data, calibration) : std::vector<ViewCandidate>();
+  return next_views(data, calibration, candidates, count, threads);
 }
 
 }  // namespace crumple

@@ -25,7 +25,10 @@ struct NextViews {
   std::vector<SuggestedView> suggestions;  // fewer than asked for where no candidate is left
 };
 
-// Fails where no camera sees a board.
+// Fails where no camera sees a board: there is no measuring volume then.
+Expected<NextViews> next_views(const CalibrationData& data, const Calibration& calibration,
+                               const std::vector<ViewCandidate>& candidates, int count, int threads);
+// Among all of view_candidates.
 Expected<NextViews> next_views(const CalibrationData& data, const Calibration& calibration, int count, int threads);
 
 }  // namespace crumple

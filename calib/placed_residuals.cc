@@ -37,7 +37,7 @@ class ResidualPlacer {
   void add(std::size_t i, const Eigen::Vector2d& pixel, const Eigen::Vector2d& residual_px,
            const std::optional<Eigen::Vector2d>& normal) {
     residuals_[view_->sensor].push_back(
-        {pixel, residual_px, normal, sigmas_px_.at({view_->sensor, view_->kind}), view_->inlier[i] != 0});
+        {pixel, residual_px, normal, sigmas_px_.at({view_->sensor, view_->kind}), view_->inlier[i] != 0, view_->kind});
   }
 
   const BundleResult& bundle_;

@@ -21,6 +21,7 @@ struct PlacedResidual {
   std::optional<Eigen::Vector2d> normal;  // unit; where only the coordinate along it was measured
   double sigma_px = 0;                    // of one coordinate, its group's
   bool accepted = true;
+  View::Kind kind = View::Kind::corners;
 };
 
 // One list per sensor, views in their order. `observations` are those that the bundle was refined with.

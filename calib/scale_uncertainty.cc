@@ -8,6 +8,7 @@ namespace crumple {
 namespace {
 
 constexpr double kWithoutCertificate = 0.05;  // of its size
+constexpr const char* kWeakScale = "scale.weak";
 
 std::set<std::size_t> used(const std::vector<std::size_t>& board_of) { return {board_of.begin(), board_of.end()}; }
 
@@ -40,9 +41,16 @@ std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationSt
   if (!uncertified.empty()) {
     const auto others = static_cast<Eigen::Index>(uncertified.size());
     const Eigen::MatrixXd wide = kWithoutCertificate * kWithoutCertificate * Eigen::MatrixXd::Identity(others, others);
-    priors.push_back(Prior::create("scale.weak", std::move(uncertified), start, wide).value().as_weak());
+    priors.push_back(Prior::create(kWeakScale, std::move(uncertified), start, wide).value().as_weak());
   }
   return priors;
+}
+
+bool scale_is_measured(const std::vector<Prior>& priors, std::size_t board) {
+  return std::any_of(priors.begin(), priors.end(), [&](const Prior& prior) {
+    const std::vector<BlockId>& blocks = prior.blocks();
+    return prior.name() == kWeakScale && std::find(blocks.begin(), blocks.end(), scale_of(board).block) != blocks.end();
+  });
 }
 
 std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle) {

@@ -31,6 +31,9 @@ struct ScaleUncertainty {
 // is no bar. `start` has the scales that they are about.
 std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationState& start);
 
+// Whether a board's size is a parameter that its own certificate tells nothing of: bars and other boards do.
+bool scale_is_measured(const std::vector<Prior>& priors, std::size_t board);
+
 // Of the boards that were used, the largest after the refinement; none where it is not known.
 std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle);
 

@@ -6,6 +6,17 @@
 
 namespace crumple {
 
+std::optional<std::size_t> first_board_camera(const Observations& observations, const Rig& rig) {
+  const auto& corners = observations.corners;
+  for (const Mount mount : {Mount::probe, Mount::world}) {
+    for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+      const auto sees = [&](const CornerView& view) { return view.sensor == s; };
+      if (rig.sensors[s].mount == mount && std::any_of(corners.begin(), corners.end(), sees)) return s;
+    }
+  }
+  return std::nullopt;
+}
+
 std::vector<double> board_depths_mm(const CalibrationData& data, const CalibrationState& state, std::size_t camera) {
   std::vector<double> depths_mm;
   for (const CornerView& view : data.observations.corners) {

@@ -26,6 +26,15 @@ std::optional<double> median_distance_mm(std::size_t sensor, const BundleResult&
   return median_of(std::move(distances));
 }
 
+SensorUncertainty over_cells(const ProjectionUncertainty& uncertainty, const ImageCells& cells, double distance_mm) {
+  SensorUncertainty result{distance_mm, {}};
+  for (std::size_t cell = 0; cell < cells.cells.size(); ++cell) {
+    const auto covariance = uncertainty.at_pixel(cells.centre_px(cell), distance_mm);
+    result.sigma_px.push_back(covariance ? std::optional(worst_direction_sigma(*covariance)) : std::nullopt);
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<std::optional<SensorUncertainty>> sensor_uncertainties(const Calibration& calibration,
@@ -35,13 +44,20 @@ std::vector<std::optional<SensorUncertainty>> sensor_uncertainties(const Calibra
   for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
     const auto distance = median_distance_mm(s, calibration.bundle);
     const auto uncertainty = ProjectionUncertainty::create(rig, s);
-    if (!distance || !uncertainty) continue;
-    SensorUncertainty& of_sensor = all[s].emplace();
-    of_sensor.distance_mm = *distance;
-    for (std::size_t cell = 0; cell < cells[s].cells.size(); ++cell) {
-      const auto covariance = uncertainty->at_pixel(cells[s].centre_px(cell), *distance);
-      of_sensor.sigma_px.push_back(covariance ? std::optional(worst_direction_sigma(*covariance)) : std::nullopt);
-    }
+    if (distance && uncertainty) all[s] = over_cells(*uncertainty, cells[s], *distance);
+  }
+  return all;
+}
+
+std::vector<std::vector<SensorUncertainty>> sensor_uncertainty_maps(const Calibration& calibration,
+                                                                    const std::vector<ImageCells>& cells,
+                                                                    const std::vector<double>& distances_mm) {
+  const Rig rig = calibrated_rig(calibration);
+  std::vector<std::vector<SensorUncertainty>> all(rig.sensors.size());
+  for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+    const auto uncertainty = ProjectionUncertainty::create(rig, s);
+    if (!uncertainty) continue;
+    for (const double distance_mm : distances_mm) all[s].push_back(over_cells(*uncertainty, cells[s], distance_mm));
   }
   return all;
 }

@@ -4,13 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "calib/image_parts.h"
+
 namespace crumple {
 namespace {
 
-constexpr int kParts = 3;  // along each side
 constexpr double kMatteringShare = 0.25;
-constexpr std::array<const char*, kParts * kParts> kPartNames{
-    "upper left", "top", "upper right", "left", "middle", "right", "lower left", "bottom", "lower right"};
 
 // Whether a camera beside the projector sees the point that its pixel lights.
 bool seen_by_a_camera(const Rig& rig, const Sensor& projector, const Eigen::Vector2d& pixel, double distance_mm) {
@@ -41,13 +40,13 @@ std::vector<UnseenPart> unseen_parts(const Rig& rig, const std::vector<ImageCell
   for (std::size_t s = 0; s < cells.size(); ++s) {
     if (!uncertainties[s]) continue;
     const ImageCells& of_sensor = cells[s];
-    std::array<CellSum, kParts * kParts> parts;
+    std::array<CellSum, kImageThirds * kImageThirds> parts;
     CellSum seen;
     for (std::size_t cell = 0; cell < of_sensor.cells.size(); ++cell) {
       const int at = static_cast<int>(cell);
-      const int column = kParts * (at % of_sensor.columns) / of_sensor.columns;
-      const int row = kParts * (at / of_sensor.columns) / of_sensor.rows;
-      CellSum& part = parts[static_cast<std::size_t>(kParts * row + column)];
+      const int column = kImageThirds * (at % of_sensor.columns) / of_sensor.columns;
+      const int row = kImageThirds * (at / of_sensor.columns) / of_sensor.rows;
+      CellSum& part = parts[static_cast<std::size_t>(kImageThirds * row + column)];
       const auto observations = static_cast<double>(of_sensor.cells[cell].observations);
       ++part.cells;
       part.observations += observations;
@@ -64,7 +63,7 @@ std::vector<UnseenPart> unseen_parts(const Rig& rig, const std::vector<ImageCell
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const CellSum& part = parts[p];
       if (part.observations > 0 || !(part.mattering >= kMatteringShare * part.cells) || part.mattering == 0) continue;
-      unseen.push_back({s, kPartNames[p], part.rms_px(), seen.rms_px()});
+      unseen.push_back({s, kImagePartNames[p], part.rms_px(), seen.rms_px()});
     }
   }
   return unseen;

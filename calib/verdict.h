@@ -1,10 +1,10 @@
 // Is a calibration to be trusted? A verdict with reasons a person can act on.
 //
 // suspect where: a view's accepted residuals are more than 2.5 times what its group's sigma leads to expect, or more
-// than a quarter of its observations were outliers, or (corners and features) all its residuals together are more than
-// 4 times that; a group lost more than 5 % of its observations, or was too small for a sigma of its own; fewer than
-// five placements, or tilts that span less than 20 degrees; a focal length less certain than 1 %; an information matrix
-// with a condition above 1e9 that no weak prior accounts for (then the weakest direction is named).
+// than a quarter of its observations were outliers, or (corners and features) three or more were, and all its residuals
+// together are more than 4 times that; a group lost more than 5 % of its observations, or was too small for a sigma of
+// its own; fewer than five placements, or tilts that span less than 20 degrees; a focal length less certain than 1 %;
+// an information matrix with a condition above 1e9 whose weakest direction no weak prior holds (it is named).
 //
 // Of a calibration that went on from an earlier rig the numbers of boards and tilts do not count, but it is suspect
 // where what it found contradicts that rig (once in 10,000 times by chance), or scatters three times as much.
@@ -19,8 +19,9 @@
 //
 // Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
 // observations' reach does not depend on them, but their values mean nothing. And boards whose size nothing could
-// contradict: a wrong pitch would not show. And residuals whose means over the cells of an image are 1.5 times what
-// noise makes, correlated as it is.
+// contradict: a wrong pitch would not show. And residuals that form a pattern over an image (calib/regional_tests.h); a
+// measuring volume that boards covered less than half of, or that is shallow (calib/volume_coverage.h); a scale whose
+// uncertainty is unknown or not complete; the lenses that no richer model would describe better.
 //
 // rejected where numbers are to be used by nobody: a lens whose focal length is not known to 10 %, views beyond the
 // noise where a quarter or more of all views are such.

@@ -22,12 +22,32 @@ constexpr int kLattice = 8;  // readings predicted along each side of a board
 constexpr std::array<std::pair<double, double>, 5> kTurns_rad{
     {{0, 0}, {kTurn_rad, 0}, {-kTurn_rad, 0}, {0, kTurn_rad}, {0, -kTurn_rad}}};
 
-bool sees_all(const Lens& lens, const Pose& sensor_from_board, const Board& board) {
-  for (int i = 0; i < board.point_count(); ++i) {
-    const auto pixel = lens.project(sensor_from_board * board.point(i));
-    if (!pixel || !in_image(lens, *pixel)) return false;
+// In its own frame.
+struct Shown {
+  Eigen::Vector3d middle;
+  std::vector<Eigen::Vector3d> points;
+};
+
+Shown shown(const Board& board) {
+  Shown all{board_centre(board), {}};
+  for (int i = 0; i < board.point_count(); ++i) all.points.push_back(board.point(i));
+  return all;
+}
+
+Shown shown(const LedView& view, const Rig& rig) {
+  Shown all{Eigen::Vector3d::Zero(), {}};
+  for (const std::size_t led : view.leds) {
+    all.points.push_back(rig.leds[led].position_mm);
+    all.middle += rig.leds[led].position_mm / static_cast<double>(view.leds.size());
   }
-  return true;
+  return all;
+}
+
+bool sees_all(const Lens& lens, const Pose& sensor_from_shown, const Shown& shown) {
+  return std::all_of(shown.points.begin(), shown.points.end(), [&](const Eigen::Vector3d& point) {
+    const auto pixel = lens.project(sensor_from_shown * point);
+    return pixel && in_image(lens, *pixel);
+  });
 }
 
 // Which boards a camera saw, on a probe that is moved about or not.
@@ -53,8 +73,8 @@ double usual_roll_rad(const Sight& sight, const CalibrationData& data, const Cal
   return std::atan2(sum.y(), sum.x());
 }
 
-std::vector<double> distances_mm(const CalibrationData& data, const CalibrationState& state, std::size_t camera) {
-  const std::vector<double> all = board_depths_mm(data, state, camera);
+// The least, the median and the largest of ascending ones, where they are not the same.
+std::vector<double> spread(const std::vector<double>& all) {
   std::vector<double> some;
   for (const double distance : {all.front(), all[all.size() / 2], all.back()}) {
     if (some.empty() || distance > kSameDistance * some.back()) some.push_back(distance);
@@ -62,47 +82,81 @@ std::vector<double> distances_mm(const CalibrationData& data, const CalibrationS
   return some;
 }
 
-// Moved inwards until all of the board is seen; none where it does not fit.
-std::optional<Pose> placed(const Lens& lens, const Board& board, const Eigen::Quaterniond& rotation, int column,
+// Moved inwards until all of it is seen; none where it does not fit.
+std::optional<Pose> placed(const Lens& lens, const Shown& shown, const Eigen::Quaterniond& rotation, int column,
                            int row, double distance_mm) {
   const Eigen::Vector2d size(lens.size().width_px, lens.size().height_px);
   for (const double share : {1.0, 0.75, 0.5, 0.25}) {
     const Eigen::Vector2d offset = share * Eigen::Vector2d(column, row).cwiseProduct(size) / 3;
     const auto ray = lens.ray(0.5 * size + offset);
     if (!ray || !(ray->z() > 0)) continue;
-    const Pose pose{rotation, distance_mm / ray->z() * *ray - rotation * board_centre(board)};
-    if (sees_all(lens, pose, board)) return pose;
+    const Pose pose{rotation, distance_mm / ray->z() * *ray - rotation * shown.middle};
+    if (sees_all(lens, pose, shown)) return pose;
   }
   return std::nullopt;
 }
 
-// One for each placement before which the probe may stand; the same without any where the camera is not moved.
-void add_candidates(const Sight& sight, const CalibrationData& data, const CalibrationState& state,
-                    const std::vector<std::optional<std::size_t>>& placements, std::vector<ViewCandidate>& candidates) {
-  const Lens& lens = state.rig.sensors[sight.camera].lens;
-  const Eigen::Quaterniond roll = rotation_from_vector(usual_roll_rad(sight, data, state) * Eigen::Vector3d::UnitZ());
-  for (const double distance_mm : distances_mm(data, state, sight.camera)) {
+// All that say where a camera sees something, turned from how it lies or stands unturned.
+std::vector<ViewCandidate> poses_before(std::size_t camera, const Lens& lens, const Shown& shown,
+                                        const Eigen::Quaterniond& unturned, const std::vector<double>& depths_mm) {
+  std::vector<ViewCandidate> candidates;
+  for (const double distance_mm : spread(depths_mm)) {
     for (int part = 0; part < 9; ++part) {
       for (const auto& [vertical_rad, horizontal_rad] : kTurns_rad) {
-        const Eigen::Quaterniond rotation = rotation_from_vector({horizontal_rad, vertical_rad, 0}) * roll;
-        ViewCandidate candidate{.camera = sight.camera,
-                                .board = sight.board,
+        const Eigen::Quaterniond rotation = rotation_from_vector({horizontal_rad, vertical_rad, 0}) * unturned;
+        ViewCandidate candidate{.camera = camera,
                                 .column = part % 3 - 1,
                                 .row = part / 3 - 1,
                                 .distance_mm = distance_mm,
                                 .about_vertical_rad = vertical_rad,
                                 .about_horizontal_rad = horizontal_rad,
-                                .camera_from_board = {}};
-        const auto pose =
-            placed(lens, state.boards[sight.board], rotation, candidate.column, candidate.row, distance_mm);
+                                .camera_from_shown = {}};
+        const auto pose = placed(lens, shown, rotation, candidate.column, candidate.row, distance_mm);
         if (!pose) continue;
-        candidate.camera_from_board = *pose;
-        for (const auto& placement : placements) {
-          candidate.placement = placement;
-          candidates.push_back(candidate);
-        }
+        candidate.camera_from_shown = *pose;
+        candidates.push_back(candidate);
       }
     }
+  }
+  return candidates;
+}
+
+// One for each placement before which the probe may stand; the same without any where the camera is not moved.
+void add_board_candidates(const Sight& sight, const CalibrationData& data, const CalibrationState& state,
+                          const std::vector<std::optional<std::size_t>>& placements,
+                          std::vector<ViewCandidate>& candidates) {
+  const Eigen::Quaterniond roll = rotation_from_vector(usual_roll_rad(sight, data, state) * Eigen::Vector3d::UnitZ());
+  for (ViewCandidate& candidate :
+       poses_before(sight.camera, state.rig.sensors[sight.camera].lens, shown(state.boards[sight.board]), roll,
+                    board_depths_mm(data, state, sight.camera))) {
+    candidate.board = sight.board;
+    for (const auto& placement : placements) {
+      candidate.placement = placement;
+      candidates.push_back(candidate);
+    }
+  }
+}
+
+void add_led_candidates(const CalibrationData& data, const CalibrationState& state, std::size_t tracker,
+                        std::vector<ViewCandidate>& candidates) {
+  std::vector<const LedView*> views;
+  for (const LedView& view : data.observations.leds) {
+    if (view.sensor == tracker && view.station && !view.leds.empty()) views.push_back(&view);
+  }
+  if (views.empty()) return;
+  const LedView& fullest = **std::max_element(
+      views.begin(), views.end(), [](const LedView* a, const LedView* b) { return a->leds.size() < b->leds.size(); });
+  const Shown probe = shown(fullest, state.rig);
+  std::vector<double> depths_mm;
+  for (const LedView* view : views) {
+    depths_mm.push_back((sensor_from_leds(state, tracker, view->station).pose * probe.middle).z());
+  }
+  std::sort(depths_mm.begin(), depths_mm.end());
+  const Pose as_it_stood = sensor_from_leds(state, tracker, fullest.station).pose;
+  for (ViewCandidate& candidate :
+       poses_before(tracker, state.rig.sensors[tracker].lens, probe, as_it_stood.rotation, depths_mm)) {
+    candidate.like_station = fullest.station;
+    candidates.push_back(candidate);
   }
 }
 
@@ -223,7 +277,10 @@ std::vector<ViewCandidate> view_candidates(const CalibrationData& data, const Ca
   for (const auto& [sight, seen] : sights) {
     std::vector<std::optional<std::size_t>> placements{std::nullopt};
     if (sight.from_station) placements = spread(seen);
-    add_candidates(sight, data, state, placements, candidates);
+    add_board_candidates(sight, data, state, placements, candidates);
+  }
+  for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    if (state.rig.sensors[s].mount == Mount::world) add_led_candidates(data, state, s, candidates);
   }
   return candidates;
 }
@@ -232,37 +289,45 @@ PredictedView predicted_view(const ViewCandidate& candidate, const CalibrationDa
                              const Calibration& calibration) {
   PredictedView view{calibration.bundle.state, {}, {}};
   CalibrationState& state = view.state;
-  const Pose mount_from_board =
-      state.rig.sensors[candidate.camera].sensor_from_mount.inverse() * candidate.camera_from_board;
+  const Pose mount_from_shown =
+      state.rig.sensors[candidate.camera].sensor_from_mount.inverse() * candidate.camera_from_shown;
   std::size_t placement = state.world_from_board.size();
   std::optional<std::size_t> station;
+  if (!candidate.board) {
+    station = state.world_from_probe.size();
+    state.world_from_probe.push_back(mount_from_shown);
+    view.pose = {BlockId::Kind::station, *station};
+    view.observations.placement_count = placement;
+    add_led_views(data, *station, view);
+    return view;
+  }
   if (candidate.placement) {
     placement = *candidate.placement;
     station = state.world_from_probe.size();
-    state.world_from_probe.push_back(state.world_from_board[placement] * mount_from_board.inverse());
+    state.world_from_probe.push_back(state.world_from_board[placement] * mount_from_shown.inverse());
     view.pose = {BlockId::Kind::station, *station};
     add_led_views(data, *station, view);
   } else {
-    state.world_from_board.push_back(mount_from_board);
-    state.board_of.push_back(candidate.board);
+    state.world_from_board.push_back(mount_from_shown);
+    state.board_of.push_back(*candidate.board);
     view.pose = {BlockId::Kind::placement, placement};
   }
   view.observations.placement_count = state.world_from_board.size();
 
-  const Board& board = state.boards[candidate.board];
+  const Shown points = shown(state.boards[*candidate.board]);
   std::set<std::size_t> cameras;
   for (const CornerView& like : data.observations.corners) {
     const Sight sight = sight_of(like, state);
-    if (sight.board != candidate.board || sight.from_station != station.has_value()) continue;
+    if (sight.board != *candidate.board || sight.from_station != station.has_value()) continue;
     const Pose sensor_from_board = sensor_from_board_pose(state, like.sensor, placement, station);
-    if (cameras.contains(like.sensor) || !sees_all(state.rig.sensors[like.sensor].lens, sensor_from_board, board)) {
+    if (cameras.contains(like.sensor) || !sees_all(state.rig.sensors[like.sensor].lens, sensor_from_board, points)) {
       continue;
     }
     cameras.insert(like.sensor);
     CornerView corners{like.sensor, placement, {}, {}, station};
-    for (int i = 0; i < board.point_count(); ++i) {
-      corners.corners.push_back(i);
-      corners.pixels.push_back(*state.rig.sensors[like.sensor].lens.project(sensor_from_board * board.point(i)));
+    for (const Eigen::Vector3d& point : points.points) {
+      corners.corners.push_back(static_cast<int>(corners.corners.size()));
+      corners.pixels.push_back(*state.rig.sensors[like.sensor].lens.project(sensor_from_board * point));
     }
     view.observations.corners.push_back(std::move(corners));
   }

@@ -15,17 +15,6 @@ namespace {
 constexpr double kLeastPointInformation = 1e-10;  // eigenvalue, scaled to a unit diagonal
 constexpr std::size_t kVolumeStations = 3;
 
-std::optional<std::size_t> reference_camera(const CalibrationData& data, const Rig& rig) {
-  for (const Mount mount : {Mount::probe, Mount::world}) {
-    for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
-      const auto sees = [&](const CornerView& view) { return view.sensor == s; };
-      const auto& corners = data.observations.corners;
-      if (rig.sensors[s].mount == mount && std::any_of(corners.begin(), corners.end(), sees)) return s;
-    }
-  }
-  return std::nullopt;
-}
-
 struct GridPoint {
   int column = 0;
   int row = 0;
@@ -193,7 +182,7 @@ double MeasuringVolume::mean_uncertainty(const Eigen::VectorXd& variances) const
 Expected<MeasuringVolume> measuring_volume(const CalibrationData& data, const Calibration& calibration,
                                            const std::vector<BlockId>& blocks) {
   const CalibrationState& state = calibration.bundle.state;
-  const auto camera = reference_camera(data, state.rig);
+  const auto camera = first_board_camera(data.observations, state.rig);
   if (!camera) return fail("no camera sees a board, so there is no volume to plan for");
   const std::vector<GridPoint> grid = volume_grid(data, state, *camera);
   const auto points = triangulated_points(data, calibration, *camera, grid, blocks);
@@ -208,7 +197,7 @@ Expected<MeasuringVolume> measuring_volume(const CalibrationData& data, const Ca
 
 Expected<VolumePoints> volume_points(const CalibrationData& data, const Calibration& calibration) {
   const CalibrationState& state = calibration.bundle.state;
-  const auto camera = reference_camera(data, state.rig);
+  const auto camera = first_board_camera(data.observations, state.rig);
   if (!camera) return fail("no camera sees a board, so there is no measuring volume");
   const std::vector<BlockId> blocks = rig_blocks(data, calibration);
   const auto points = triangulated_points(data, calibration, *camera, volume_grid(data, state, *camera), blocks);

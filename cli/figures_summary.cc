@@ -1,6 +1,9 @@
 #include "cli/figures_summary.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace crumple {
 namespace {
@@ -8,7 +11,7 @@ namespace {
 using nlohmann::json;
 
 // JSON has no infinity.
-json degrees_json(double degrees) { return std::isfinite(degrees) ? json(degrees) : json(); }
+json finite_json(double number) { return std::isfinite(number) ? json(number) : json(); }
 
 json budget_json(const UncertaintyBudget& budget) {
   json result{
@@ -16,7 +19,7 @@ json budget_json(const UncertaintyBudget& budget) {
   for (const BudgetSource& source : budget.sources) {
     result["sources"].push_back({{"name", source.name},
                                  {"type", source.type_b ? "B" : "A"},
-                                 {"degrees_of_freedom", degrees_json(source.degrees_of_freedom())}});
+                                 {"degrees_of_freedom", finite_json(source.degrees_of_freedom())}});
   }
   for (const BudgetEntry& entry : budget.entries) {
     result["entries"].push_back({{"part", entry.part},
@@ -25,7 +28,7 @@ json budget_json(const UncertaintyBudget& budget) {
                                  {"value", entry.value},
                                  {"u", entry.u},
                                  {"U", kCoverageFactor * entry.u},
-                                 {"degrees_of_freedom", degrees_json(entry.degrees_of_freedom)},
+                                 {"degrees_of_freedom", finite_json(entry.degrees_of_freedom)},
                                  {"type_b_share", entry.type_b_share},
                                  {"shares", entry.shares}});
   }
@@ -33,7 +36,7 @@ json budget_json(const UncertaintyBudget& budget) {
     result["regions"].push_back({{"part", region.part},
                                  {"dimension", region.dimension},
                                  {"scale", region.scale},
-                                 {"degrees_of_freedom", degrees_json(region.degrees_of_freedom)}});
+                                 {"degrees_of_freedom", finite_json(region.degrees_of_freedom)}});
   }
   return result;
 }
@@ -54,13 +57,32 @@ json uncertainty_json(const SensorUncertainty& uncertainty) {
   json sigmas = json::array();
   for (const std::optional<double>& sigma_px : uncertainty.sigma_px)
     sigmas.push_back(sigma_px ? json(*sigma_px) : json());
-  return {{"distance_mm", uncertainty.distance_mm}, {"sigma_px", std::move(sigmas)}};
+  return {{"distance_mm", finite_json(uncertainty.distance_mm)}, {"sigma_px", std::move(sigmas)}};
 }
 
 json histogram_json(const ResidualHistogram& histogram) {
   return {{"lowest", -kHistogramReach},      {"bin", kHistogramBin},       {"accepted", histogram.accepted},
           {"outliers", histogram.outliers},  {"beyond", histogram.beyond}, {"mean", histogram.mean},
           {"deviation", histogram.deviation}};
+}
+
+json regional_json(const RegionalTest& test) {
+  return {{"parts", test.parts},
+          {"chi_square", test.chi_square},
+          {"degrees_of_freedom", test.degrees_of_freedom},
+          {"probability", test.probability},
+          {"pattern", test.pattern()},
+          {"worst_part", test.worst_part},
+          {"worst_mean_px", {test.worst_mean_px.x(), test.worst_mean_px.y()}},
+          {"worst_probability", test.worst_probability}};
+}
+
+json covered_json(const VolumeCoverage& covered, const Rig& rig) {
+  return {{"camera", rig.sensors[covered.camera].name},
+          {"near_mm", covered.near_mm},
+          {"far_mm", covered.far_mm},
+          {"covered", covered.covered()},
+          {"corners", covered.corners}};
 }
 
 json correlated_json(const CorrelatedTerms& correlated) {
@@ -99,12 +121,38 @@ json figures_summary(const CalibrationFigures& figures, const Calibration& calib
     if (figures.uncertainties[s]) {
       summary["projection_uncertainty"][rig.sensors[s].name] = uncertainty_json(*figures.uncertainties[s]);
     }
+    for (const SensorUncertainty& map : figures.maps[s]) {
+      summary["projection_uncertainty_maps"][rig.sensors[s].name].push_back(uncertainty_json(map));
+    }
   }
   for (const ResidualHistogram& histogram : figures.histograms) {
     summary["histograms"][histogram.group] = histogram_json(histogram);
   }
+  for (const RegionalTest& test : figures.regional) {
+    summary["regional_tests"][group_name(rig, test.sensor, test.kind)] = regional_json(test);
+  }
+  if (figures.covered) summary["volume_coverage"] = covered_json(*figures.covered, rig);
   if (figures.volume) summary["volume_points"] = volume_json(*figures.volume, calibration);
   return summary;
+}
+
+std::string projection_maps_text(const CalibrationFigures& figures, const Calibration& calibration) {
+  std::string text;
+  for (std::size_t s = 0; s < figures.maps.size(); ++s) {
+    for (const SensorUncertainty& map : figures.maps[s]) {
+      std::vector<double> sigmas_px;
+      for (const auto& sigma_px : map.sigma_px) {
+        if (sigma_px) sigmas_px.push_back(*sigma_px);
+      }
+      if (sigmas_px.empty()) continue;
+      const auto [least, largest] = std::minmax_element(sigmas_px.begin(), sigmas_px.end());
+      text += fmt::format("projection uncertainty of {} {}: {:.3g} to {:.3g} px over its image\n",
+                          calibration.bundle.state.rig.sensors[s].name,
+                          std::isinf(map.distance_mm) ? "at infinity" : fmt::format("at {:g} mm", map.distance_mm),
+                          *least, *largest);
+    }
+  }
+  return text;
 }
 
 }  // namespace crumple

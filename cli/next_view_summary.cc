@@ -34,12 +34,18 @@ std::string turn(const ViewCandidate& view) {
     return fmt::format("turned {} degrees about its horizontal, its lower edge {}",
                        whole_degrees(view.about_horizontal_rad), view.about_horizontal_rad > 0 ? "farther" : "nearer");
   }
-  return "facing it";
+  return view.like_station ? "" : "facing it";
 }
 
 std::string where(const ViewCandidate& view, const Calibration& calibration) {
   const CalibrationState& state = calibration.bundle.state;
-  std::string board = state.boards[view.board].name;
+  if (view.like_station) {
+    const std::string turned = turn(view);
+    return fmt::format("the probe alone, its LEDs {:.0f} mm before {}, {} of its image, {} it stood at {}",
+                       view.distance_mm, state.rig.sensors[view.camera].name, part_of_image(view),
+                       turned.empty() ? "as" : turned + ", from how", calibration.station_names[*view.like_station]);
+  }
+  std::string board = state.boards[*view.board].name;
   if (view.placement) {
     board =
         fmt::format("the probe before {} of {}", calibration.placement_names[*view.placement], board) + ", the board";
@@ -59,7 +65,6 @@ json next_views_summary(const NextViews& next, const Calibration& calibration) {
   json views = json::array();
   for (const auto& [view, before, after] : next.suggestions) {
     json entry{{"camera", state.rig.sensors[view.camera].name},
-               {"board", state.boards[view.board].name},
                {"distance_mm", view.distance_mm},
                {"column", view.column},
                {"row", view.row},
@@ -68,6 +73,8 @@ json next_views_summary(const NextViews& next, const Calibration& calibration) {
                {"before", before},
                {"after", after},
                {"words", where(view, calibration)}};
+    if (view.board) entry["board"] = state.boards[*view.board].name;
+    if (view.like_station) entry["like_station"] = calibration.station_names[*view.like_station];
     if (view.placement) entry["placement"] = calibration.placement_names[*view.placement];
     views.push_back(std::move(entry));
   }

@@ -1,5 +1,6 @@
 // calibrate: capture -> rig, summary.
 #include <chrono>
+#include <limits>
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
@@ -57,6 +58,10 @@ DEFINE_string(
     "with --start: names of the sensors, and leds, that may be corrected, comma-separated; the others keep what "
     "the earlier rig says; empty: all may");
 DEFINE_int32(suggest, 0, "number of views to name that would lower the uncertainty in the measuring volume most");
+DEFINE_string(
+    map_distances_mm, "",
+    "distances, comma-separated, at which to map how well it is known where every sensor sees a point, beside "
+    "the one it worked at; inf: infinitely far; empty: none");
 DEFINE_bool(hand_eye, false,
             "from two files of poses, the hand's and the eye's, the eye's pose on the hand instead (docs/tracking.md)");
 
@@ -103,6 +108,26 @@ Expected<std::vector<LensChoice>> apply_lens_flag(const CalibrationOptions& opti
     if (!FLAGS_lens.empty()) sensor.lens_model = FLAGS_lens;
   }
   return std::vector<LensChoice>();
+}
+
+// --map_distances_mm.
+Expected<std::vector<double>> map_distances_from_flag() {
+  constexpr double kNearest_mm = 1, kFarthest_mm = 1e9;
+  std::vector<double> distances_mm;
+  for (const std::string& name : parse_names(FLAGS_map_distances_mm)) {
+    if (name == "inf") {
+      distances_mm.push_back(std::numeric_limits<double>::infinity());
+      continue;
+    }
+    const auto numbers = parse_numbers("map_distances_mm", name);
+    if (!numbers) return numbers;
+    if (!(numbers->front() >= kNearest_mm && numbers->front() <= kFarthest_mm)) {
+      return fail(fmt::format("--map_distances_mm: {} is no distance from {:g} to {:g} mm, nor inf", name, kNearest_mm,
+                              kFarthest_mm));
+    }
+    distances_mm.push_back(numbers->front());
+  }
+  return distances_mm;
 }
 
 // --start and --correct.
@@ -167,14 +192,17 @@ Expected<void> write_starts(const CalibrationData& data, const CalibrationOption
   return {};
 }
 
-// --suggest.
-Expected<void> add_suggestions(const CalibrationData& data, const Calibration& calibration, VerbResult& result) {
-  if (FLAGS_suggest == 0) return {};
+// --suggest. Where nothing can be suggested that is said, and the calibration goes without it.
+void add_suggestions(const CalibrationData& data, const Calibration& calibration, VerbResult& result) {
+  if (FLAGS_suggest == 0) return;
   const auto next = next_views(data, calibration, FLAGS_suggest, thread_count());
-  if (!next) return tl::unexpected(next.error());
-  result.document["next_views"] = next_views_summary(*next, calibration);
-  result.text += next_views_text(*next, calibration);
-  return {};
+  if (next) {
+    result.document["next_views"] = next_views_summary(*next, calibration);
+    result.text += next_views_text(*next, calibration);
+    return;
+  }
+  result.document["next_views"] = {{"not_done", next.error().message}};
+  result.text += fmt::format("next views: {}\n", next.error().message);
 }
 
 // With what the LEDs' drawing and cross-validation tell.
@@ -238,6 +266,8 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (!source) return usage_error(source.error().message);
   if (const auto known = check_lens_flag(); !known) return usage_error(known.error().message);
   if (const auto can = check_start_flags(); !can) return usage_error(can.error().message);
+  const auto map_distances_mm = map_distances_from_flag();
+  if (!map_distances_mm) return usage_error(map_distances_mm.error().message);
   auto earlier = earlier_from_flags();
   if (!earlier) return tl::unexpected(earlier.error());
   options->earlier = std::move(*earlier);
@@ -269,13 +299,14 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
     result.document["lens_choice"] = lens_choice_summary(*lenses);
     result.text += lens_choice_text(*lenses);
   }
-  const auto figures = calibration_figures(input->data, *calibration, thread_count());
+  const auto figures = calibration_figures(input->data, *calibration, thread_count(), *map_distances_mm);
   result.document.update(figures_summary(figures, *calibration));
+  result.text += projection_maps_text(figures, *calibration);
   result.document.update(of_folds.document);
   result.text += of_folds.text;
   const auto validation = cross_validation_by_flag(*input, *options, result);
   if (!validation) return tl::unexpected(validation.error());
-  if (auto added = add_suggestions(input->data, *calibration, result); !added) return tl::unexpected(added.error());
+  add_suggestions(input->data, *calibration, result);
   if (*truth) {
     if (auto added = add_rig_truth(**truth, calibrated_rig(*calibration), result); !added)
       return tl::unexpected(added.error());
@@ -309,34 +340,35 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
 }  // namespace
 
 Verb calibrate_verb() {
-  return {
-      .name = "calibrate",
-      .purpose = "estimate a rig from a capture of the board",
-      .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
-      .description =
-          "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
-          "rig, its covariance and summary.json. Where trackers watch the probe's LEDs, everything is refined "
-          "together: "
-          "the probe's sensors and LEDs, the trackers, every pose. Exit code 4 where the calibration is not to be "
-          "trusted: the "
-          "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
-          "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json.",
-      .example =
-          "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
-          "verdict: ok\n"
-          "placements: 13\n"
-          "left (LENSMODEL_OPENCV5)\n"
-          "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
-          "  fx      533.474717 +- 0.446626\n"
-          "  ...\n"
-          "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
-      .min_inputs = 1,
-      .max_inputs = 2,
-      .flags = {"out",      "images",  "sensors",   "warp",   "projector_from", "outliers", "lens",    "cross_validate",
-                "overlays", "report",  "truth",     "starts", "start",          "correct",  "suggest", "hand_eye",
-                "invert",   "threads", "overwrite", "json"},
-      .required = {"out"},
-      .run = run_calibrate};
+  return {.name = "calibrate",
+          .purpose = "estimate a rig from a capture of the board",
+          .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
+          .description =
+              "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
+              "rig, its covariance and summary.json. Where trackers watch the probe's LEDs, everything is refined "
+              "together: "
+              "the probe's sensors and LEDs, the trackers, every pose. Exit code 4 where the calibration is not to be "
+              "trusted: the "
+              "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
+              "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json.",
+          .example =
+              "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
+              "verdict: ok\n"
+              "placements: 13\n"
+              "left (LENSMODEL_OPENCV5)\n"
+              "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
+              "  fx      533.474717 +- 0.446626\n"
+              "  ...\n"
+              "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
+          .min_inputs = 1,
+          .max_inputs = 2,
+          .flags = {"out",      "images",   "sensors",          "warp",     "projector_from",
+                    "outliers", "lens",     "cross_validate",   "overlays", "report",
+                    "truth",    "starts",   "map_distances_mm", "start",    "correct",
+                    "suggest",  "hand_eye", "invert",           "threads",  "overwrite",
+                    "json"},
+          .required = {"out"},
+          .run = run_calibrate};
 }
 
 }  // namespace crumple

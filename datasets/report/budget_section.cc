@@ -92,9 +92,12 @@ std::string budget_section(const CalibrationReport& report) {
          scale_words(report.calibration.scale) + "</p>\n" + budget_table(report.figures.budget) + "</section>\n";
 }
 
-std::string correlation_section(const CorrelatedTerms& correlated) {
-  std::string html =
-      fmt::format("<section id=\"correlations\">\n<h2>Correlations above {:g}</h2>\n", kCorrelationLimit);
+std::string correlation_section(const CorrelatedTerms& correlated, const JointCovariance& covariance) {
+  std::string html = fmt::format(
+      "<section id=\"correlations\">\n<h2>Correlations above {:g}</h2>\n<p>The condition of the equilibrated "
+      "information is {}; weakest determined: {}.</p>\n",
+      kCorrelationLimit, html_number(covariance.condition(), fmt::format("{:.2g}", covariance.condition())),
+      html_text(covariance.weakest_direction()));
   if (correlated.pairs == 0) return html + "<p>There is none.</p>\n</section>\n";
   html +=
       "<p>The observations can hardly tell these apart: the single values mean little, what they predict together may "

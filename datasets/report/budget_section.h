@@ -1,4 +1,5 @@
-// Tables of what is known, how well, and from what: the uncertainty budget, and parameters that only move together.
+// Tables of what is known, how well, and from what: the uncertainty budget, parameters that only move together, and the
+// direction that is known least.
 #pragma once
 
 #include <string>
@@ -9,6 +10,6 @@ namespace crumple {
 
 std::string budget_section(const CalibrationReport& report);
 
-std::string correlation_section(const CorrelatedTerms& correlated);
+std::string correlation_section(const CorrelatedTerms& correlated, const JointCovariance& covariance);
 
 }  // namespace crumple

@@ -46,9 +46,10 @@ Expected<std::string> calibration_report_html(const CalibrationReport& report) {
   body += capture_section(report);
   body += budget_section(report);
   body += noise_section(report.calibration);
+  body += pattern_section(report.figures, report.calibration);
   body += sensor_sections(report, figures);
-  if (report.figures.volume) body += volume_section(*report.figures.volume, report.calibration);
-  body += correlation_section(report.figures.correlated);
+  body += volume_section(report.figures, report.calibration);
+  body += correlation_section(report.figures.correlated, report.calibration.bundle.covariance);
   body += validation_section(report.folds, report.validation);
   body += rig_section(report.calibration.bundle.state, figures);
   body += inputs_section(report.record, report.command);

@@ -1,6 +1,7 @@
 #include "datasets/report/sensor_section.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -16,12 +17,8 @@ constexpr std::size_t kArrowsOfOne = 200;
 
 std::string field_words(const ImageCells& cells) {
   if (!(cells.expected_px > 0)) return "No cell holds enough observations for a mean.";
-  const double ratio = cells.rms_mean_px / cells.expected_px;
-  return fmt::format("Mean residual of each cell. They are {} px long (RMS) where noise alone would leave {} px: {}.",
-                     html_number(cells.rms_mean_px, 4), html_number(cells.expected_px, 4),
-                     ratio > kPatternOverNoise
-                         ? fmt::format("{:.1f} times as much, the model is not the whole truth", ratio)
-                         : "about what noise explains");
+  return fmt::format("Mean residual of each cell. They are {} px long (RMS) where independent noise would leave {} px.",
+                     html_number(cells.rms_mean_px, 4), html_number(cells.expected_px, 4));
 }
 
 std::string histogram_words(const ResidualHistogram& histogram) {
@@ -30,6 +27,16 @@ std::string histogram_words(const ResidualHistogram& histogram) {
       "lie outside the drawing.",
       html_text(histogram.group), html_number(histogram.mean, fmt::format("{:+.3f}", histogram.mean)),
       html_number(histogram.deviation, 3), html_number(histogram.beyond));
+}
+
+std::string uncertainty_figure(ImageSize size, const ImageCells& cells, const SensorUncertainty& uncertainty,
+                               ReportFigures& figures) {
+  const double mm = uncertainty.distance_mm;
+  return figures.add(
+      image_map_plot(size, {cells.columns, cells.rows, uncertainty.sigma_px, "standard uncertainty (px)"}),
+      fmt::format("How well it is known where a point is seen that lies {} away, fixed to what was observed: the "
+                  "standard uncertainty of its pixel in the direction where that is largest.",
+                  std::isinf(mm) ? "infinitely far" : html_number(mm, fmt::format("{:.0f}", mm)) + " mm"));
 }
 
 std::string sensor_section(const CalibrationReport& report, std::size_t s, ReportFigures& figures) {
@@ -46,12 +53,9 @@ std::string sensor_section(const CalibrationReport& report, std::size_t s, Repor
       fmt::format("Accepted observations per cell; {} of the image's {} cells hold any.",
                   html_number(cells.covered, fmt::format("{:.0f} %", 100 * cells.covered)), cells.cells.size()));
   if (const auto& uncertainty = report.figures.uncertainties[s]) {
-    html += figures.add(
-        image_map_plot(size, {cells.columns, cells.rows, uncertainty->sigma_px, "standard uncertainty (px)"}),
-        fmt::format("How well it is known where a point is seen that lies {} mm away, fixed to what was observed: the "
-                    "standard uncertainty of its pixel in the direction where that is largest.",
-                    html_number(uncertainty->distance_mm, fmt::format("{:.0f}", uncertainty->distance_mm))));
+    html += uncertainty_figure(size, cells, *uncertainty, figures);
   }
+  for (const SensorUncertainty& map : report.figures.maps[s]) html += uncertainty_figure(size, cells, map, figures);
   html += figures.add(residual_field_plot(size, cells), field_words(cells));
   html += figures.add(residual_sample_plot(size, residuals, most),
                       fmt::format("Single residuals, {} of {}; outliers in orange.", std::min(most, residuals.size()),
@@ -87,6 +91,36 @@ std::string noise_section(const Calibration& calibration) {
                      {"Counted as one"},
                      {"RMS, px"},
                      {"Sigma, px"}},
+                    rows) +
+         "</section>\n";
+}
+
+std::string pattern_section(const CalibrationFigures& figures, const Calibration& calibration) {
+  std::vector<std::vector<std::string>> rows;
+  for (const RegionalTest& test : figures.regional) {
+    if (test.parts == 0) continue;
+    rows.push_back(
+        {html_text(group_name(calibration.bundle.state.rig, test.sensor, test.kind)), std::to_string(test.parts),
+         html_number(test.chi_square, 1), std::to_string(test.degrees_of_freedom),
+         html_number(test.probability, fmt::format("{:.2g}", test.probability)), test.pattern() ? "pattern" : "",
+         html_text(test.worst_part), fmt::format("{:+.4f}, {:+.4f}", test.worst_mean_px.x(), test.worst_mean_px.y()),
+         html_number(test.worst_probability, fmt::format("{:.2g}", test.worst_probability))});
+  }
+  return fmt::format(
+             "<section id=\"patterns\">\n<h2>Patterns over the image</h2>\n<p>The mean residuals of an image's nine "
+             "parts against what noise makes of them. A model that is enough leaves a chi-square about as large as its "
+             "degrees of freedom, and the probability of a larger one is not small. A pattern is spoken of where that "
+             "is below {:g} and chi-square over {:g} times its degrees of freedom.</p>\n",
+             kPatternProbability, kPatternOverNoise * kPatternOverNoise) +
+         html_table({{"Group", true},
+                     {"Parts"},
+                     {"Chi-square"},
+                     {"Degrees of freedom"},
+                     {"Probability"},
+                     {"", true},
+                     {"Worst part", true},
+                     {"Its mean, px"},
+                     {"Probability"}},
                     rows) +
          "</section>\n";
 }

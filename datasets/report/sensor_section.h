@@ -10,6 +10,9 @@ namespace crumple {
 
 std::string noise_section(const Calibration& calibration);
 
+// Tests of the groups' residuals over their images.
+std::string pattern_section(const CalibrationFigures& figures, const Calibration& calibration);
+
 std::string sensor_sections(const CalibrationReport& report, ReportFigures& figures);
 
 }  // namespace crumple

@@ -33,9 +33,16 @@ struct Layer {
   }
 };
 
-}  // namespace
+std::string coverage_words(const VolumeCoverage& covered, const Calibration& calibration) {
+  return fmt::format(
+      "<p>Boards stood in {} of the {} parts of the volume before {}: thirds of its image, and of the depth from {} to "
+      "{} mm.{}</p>\n",
+      html_number(covered.covered(), 0), covered.corners.size(),
+      html_text(calibration.bundle.state.rig.sensors[covered.camera].name), html_number(covered.near_mm, 0),
+      html_number(covered.far_mm, 0), covered.shallow() ? " Nearer and farther everything is extrapolated." : "");
+}
 
-std::string volume_section(const VolumePoints& volume, const Calibration& calibration) {
+std::string points_table(const VolumePoints& volume, const Calibration& calibration) {
   std::map<std::pair<double, std::size_t>, Layer> layers;
   for (const VolumePoint& point : volume.points) layers[{point.depth_mm, point.station.value_or(0)}].add(point);
   const bool posed_by_leds = volume.points.front().station.has_value();
@@ -52,7 +59,7 @@ std::string volume_section(const VolumePoints& volume, const Calibration& calibr
   columns.insert(columns.end(), {{"Middle, mm"}, {"Edges, mm"}, {"Corners, mm"}, {"Worst, mm"}});
   const std::string& camera = calibration.bundle.state.rig.sensors[volume.camera].name;
   return fmt::format(
-             "<section id=\"volume\">\n<h2>Points in the measuring volume</h2>\n<p>Standard uncertainty of a point "
+             "<p>Standard uncertainty of a point "
              "(root of its three variances) that the calibration leaves, with respect to {}. Points are "
              "the middles of the thirds of {}'s image at the nearest and the farthest board, measured by all that see "
              "them{}. {} The readings' own noise is not in it.</p>\n",
@@ -60,7 +67,17 @@ std::string volume_section(const VolumePoints& volume, const Calibration& calibr
              html_text(camera), posed_by_leds ? ", the probe posed by its LEDs" : "",
              calibration.scale ? "The scale's uncertainty is in it."
                                : "The scale's uncertainty is unknown and not in it.") +
-         html_table(columns, rows) + "</section>\n";
+         html_table(columns, rows);
+}
+
+}  // namespace
+
+std::string volume_section(const CalibrationFigures& figures, const Calibration& calibration) {
+  std::string html = "<section id=\"volume\">\n<h2>Points in the measuring volume</h2>\n";
+  if (figures.covered) html += coverage_words(*figures.covered, calibration);
+  html += figures.volume ? points_table(*figures.volume, calibration)
+                         : "<p>No point of it is measured by two sensors.</p>\n";
+  return html + "</section>\n";
 }
 
 }  // namespace crumple

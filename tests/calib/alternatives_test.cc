@@ -13,6 +13,7 @@
 namespace crumple {
 namespace {
 
+using testing::Contains;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -85,6 +86,25 @@ TEST(Alternatives, OfTwoBoardsOneHasAnotherPitch) {
   EXPECT_EQ(tests.found[0].kind, AlternativeKind::size);
   EXPECT_THAT(tests.found[0].sentence, HasSubstr("the pitch of board"));
   EXPECT_THAT(tests.found[0].sentence, HasSubstr("tracker_board"));
+}
+
+// The camera's lens has a strong k3, and is taken for one of OPENCV4.
+TEST(Alternatives, ALensOfTooFewTermsIsNamedWithWhatItTakes) {
+  MadeSystem made = quiet_system(2);
+  Lens& lens = made.truth.rig.sensors[0].lens;
+  std::vector<double> parameters = lens.parameters();
+  parameters[8] = 30;
+  lens = lens.with_parameters(parameters);
+  made.observations = predicted_observations(made.truth, made.observations);
+  parameters.resize(8);
+  lens = Lens::create("LENSMODEL_OPENCV4", lens.size(), std::move(parameters)).value();
+  const AlternativeTests tests = tested(std::move(made));
+  ASSERT_FALSE(tests.found.empty());
+  EXPECT_EQ(tests.found[0].kind, AlternativeKind::lens);
+  EXPECT_EQ(tests.found[0].subject, "the lens of cam0");
+  EXPECT_THAT(tests.found[0].sentence, ContainsRegex("cam0: LENSMODEL_OPENCV4 does not follow its lens: "
+                                                     "(LENSMODEL_OPENCV8|a splined lens) would explain"));
+  EXPECT_THAT(tests.tested_lenses, Contains("the lens of proj0"));
 }
 
 // Readings are of edges between stripes: of the made ones those that lie near one.

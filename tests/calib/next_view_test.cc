@@ -1,7 +1,9 @@
 // Planning: what is predicted of a view is what taking it gives.
 #include "calib/next_view.h"
 
+#include <algorithm>
 #include <random>
+#include <set>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
@@ -130,8 +132,11 @@ TEST(NextView, WhereTiltsLackOneIsSuggested) {
   EXPECT_LT(first.after, 0.7 * first.before);
 }
 
-// The probe stands before its board once more, and its trackers see its LEDs.
-TEST(NextView, OfATrackedProbeIsAStation) {
+// The probe stands before its board once more, or is shown to the trackers alone; they see its LEDs.
+class OfATrackedProbe : public testing::TestWithParam<bool> {};
+
+TEST_P(OfATrackedProbe, PredictionIsWhatARecalibrationGives) {
+  const bool before_a_board = GetParam();
   const MadeSystem made = make_system({.stations = 5, .tracker_placements = 12});
   CalibrationData data = data_of(made);
   BundleOptions options = planned_options().bundle;
@@ -145,13 +150,18 @@ TEST(NextView, OfATrackedProbeIsAStation) {
     std::erase_if(all.observations.corners, [](const CornerView& view) { return !view.station; });
     return all;
   };
-  const auto next = next_views(of_the_probe(data), calibration, 1, 2);
+  std::vector<ViewCandidate> candidates = view_candidates(of_the_probe(data), calibration);
+  std::erase_if(candidates, [&](const ViewCandidate& of) { return of.board.has_value() != before_a_board; });
+  const auto next = next_views(of_the_probe(data), calibration, candidates, 1, 2);
   ASSERT_TRUE(next) << next.error().message;
   EXPECT_TRUE(next->triangulated);
   ASSERT_EQ(next->suggestions.size(), 1U);
   const SuggestedView& suggestion = next->suggestions.front();
-  ASSERT_TRUE(suggestion.view.placement);
-  EXPECT_EQ(predicted_view(suggestion.view, data, calibration).observations.leds.size(), 2U);
+  EXPECT_EQ(suggestion.view.placement.has_value(), before_a_board);
+  EXPECT_EQ(suggestion.view.like_station.has_value(), !before_a_board);
+  const Observations shown = predicted_view(suggestion.view, data, calibration).observations;
+  EXPECT_EQ(shown.leds.size(), 2U);
+  EXPECT_EQ(shown.corners.empty(), !before_a_board);
   EXPECT_LT(suggestion.after, suggestion.before);
   const CalibrationState start = take(suggestion.view, calibration, made.truth.rig, data);
   bundle = refine(start, data.observations, options);
@@ -159,6 +169,50 @@ TEST(NextView, OfATrackedProbeIsAStation) {
   const auto reached = next_views(of_the_probe(data), {.start = start, .bundle = *bundle}, 0, 1);
   ASSERT_TRUE(reached) << reached.error().message;
   EXPECT_NEAR(reached->now / suggestion.after, 1, 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(NextView, OfATrackedProbe, testing::Bool());
+
+// The LEDs lie where the candidate's words say: in its part of the image, at its distance.
+TEST(ViewCandidates, ShowLedsAloneWhereTheySay) {
+  const MadeSystem made = make_system({.projector = false, .stations = 5, .wand_stations = 2, .tracker_placements = 8});
+  const CalibrationData data = data_of(made);
+  auto bundle = refine(made.truth, data.observations, planned_options().bundle);
+  ASSERT_TRUE(bundle) << bundle.error().message;
+  const Calibration calibration{.start = made.truth, .bundle = *bundle};
+  std::set<std::size_t> trackers;
+  std::set<std::pair<int, int>> parts;
+  for (const ViewCandidate& candidate : view_candidates(data, calibration)) {
+    if (candidate.board) continue;
+    trackers.insert(candidate.camera);
+    parts.emplace(candidate.column, candidate.row);
+    EXPECT_FALSE(candidate.placement);
+    ASSERT_TRUE(candidate.like_station);
+    const PredictedView view = predicted_view(candidate, data, calibration);
+    EXPECT_TRUE(view.observations.corners.empty() && view.observations.stripes.empty());
+    const Sensor& tracker = view.state.rig.sensors[candidate.camera];
+    const auto like = std::find_if(
+        data.observations.leds.begin(), data.observations.leds.end(),
+        [&](const LedView& of) { return of.sensor == candidate.camera && of.station == candidate.like_station; });
+    ASSERT_NE(like, data.observations.leds.end());
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const std::size_t led : like->leds) {
+      middle += view.state.rig.leds[led].position_mm / static_cast<double>(like->leds.size());
+    }
+    const Eigen::Vector3d in_tracker = tracker.sensor_from_mount * (view.state.world_from_probe.back() * middle);
+    EXPECT_NEAR(in_tracker.z(), candidate.distance_mm, 1e-6);
+    const Eigen::Vector2d pixel = *tracker.lens.project(in_tracker);
+    const Eigen::Vector2d third(tracker.lens.size().width_px / 3.0, tracker.lens.size().height_px / 3.0);
+    for (const auto& [of, part] : {std::pair(0, candidate.column), std::pair(1, candidate.row)}) {
+      // Moved inwards to three quarters, a half or a quarter at most.
+      const double offset = pixel[of] / third[of] - 1.5;
+      EXPECT_NEAR(offset * part, std::abs(offset), 1e-6);
+      EXPECT_GT(std::abs(offset), part == 0 ? -1 : 0.24);
+      EXPECT_LT(std::abs(offset), part == 0 ? 1e-6 : 1.001);
+    }
+  }
+  EXPECT_EQ(trackers.size(), 2U);
+  EXPECT_EQ(parts.size(), 9U);
 }
 
 }  // namespace

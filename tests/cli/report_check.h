@@ -29,6 +29,10 @@ if len(text) > 2000000: print("larger than 2 MB:", len(text))
 
 summary = json.load(open(folder + "/summary.json"))
 section = {e.get("id"): e for e in root.iter() if name(e) == "section"}
+for id in ("capture", "budget", "noise", "patterns", "sensors", "volume", "correlations", "rig", "inputs"):
+    if id not in section: print("no section", id)
+for id in ("rig", "sensors"):
+    if not any(name(e) in ("svg", "img", "image") for e in section[id].iter()): print("no drawing in", id)
 def rows(id):
     for row in section[id].iter():
         numbers = [float(e.get("value")) for e in row.iter() if name(e) == "data"]
@@ -43,11 +47,22 @@ compare("budget", list(rows("budget")), told)
 told = {tuple([g["observations"], g["outliers"], g["redundancy"], g["rms_px"], g["sigma_px"]])
         for s in summary["sensors"].values() for g in s["groups"].values()}
 compare("noise", sorted({tuple(r[:3] + r[4:]) for r in rows("noise")}), sorted(told))
+told = [[t["chi_square"], t["probability"], t["worst_probability"]] for t in summary["regional_tests"].values() if t["parts"]]
+compare("patterns", sorted(rows("patterns")), sorted(told))
+said = lambda id: "".join(section[id].itertext())
+listed = [float(e.get("value")) for e in section["correlations"].iter() if name(e) == "data"]
+compare("correlations", listed, [summary["condition"]] + [p["correlation"] for p in summary["correlated"]["strongest"]])
+if summary["weakest_direction"] not in said("correlations"): print("the weakest direction is not in the report")
+told = sorted({p["depth_mm"] for p in summary.get("volume_points", {"points": []})["points"]})
+if any(d not in {r[0] for r in rows("volume")} for d in told): print("a depth of the volume is not in the report")
+if "crumple calibrate" not in said("inputs"): print("no command line")
 values = {float(e.get("value")) for e in section["sensors"].iter() if name(e) == "data"}
 for sensor, cells in summary["image_cells"].items():
     for key in ("covered", "rms_mean_px", "expected_px"):
         if cells[key] not in values: print(sensor, key, "is not in the report")
 words = "".join(root.itertext())
+for sensor, one in summary.get("projection_uncertainty", {}).items():
+    if one["distance_mm"] not in values: print(sensor, "has no map in the report")
 for reason in summary["reasons"] + summary["notes"]:
     if reason not in words: print("not in the report:", reason)
 if "Verdict: " + summary["verdict"] not in words: print("no verdict")

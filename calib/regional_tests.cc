@@ -1,0 +1,87 @@
+#include "calib/regional_tests.h"
+
+#include <algorithm>
+#include <array>
+
+#include "calib/image_parts.h"
+#include "solvers/decompositions.h"
+#include "solvers/distribution_tails.h"
+
+namespace crumple {
+namespace {
+
+constexpr double kLeastReadings = 3;  // that a direction is known by
+
+struct PartSums {
+  Eigen::Matrix2d weight = Eigen::Matrix2d::Zero();    // sum n n' / sigma^2
+  Eigen::Vector2d weighted = Eigen::Vector2d::Zero();  // sum n n' r / sigma^2
+  double sigma_px = 0;
+};
+
+struct PartMean {
+  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();
+  double square = 0;
+  int degrees = 0;
+};
+
+// In the directions that enough readings know; others tell nothing of the mean.
+PartMean mean_of(const PartSums& sums) {
+  PartMean mean;
+  const SymmetricEigen2 eigen = symmetric_eigen2(sums.weight);
+  for (int i = 0; i < 2; ++i) {
+    const double weight = eigen.values[i];
+    if (weight * sums.sigma_px * sums.sigma_px < kLeastReadings - 1e-6) continue;
+    const double along = eigen.vectors.col(i).dot(sums.weighted);
+    mean.mean_px += eigen.vectors.col(i) * (along / weight);
+    mean.square += along * along / weight;
+    ++mean.degrees;
+  }
+  return mean;
+}
+
+}  // namespace
+
+bool RegionalTest::pattern() const {
+  return probability < kPatternProbability && chi_square > kPatternOverNoise * kPatternOverNoise * degrees_of_freedom;
+}
+
+std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedResidual>>& residuals,
+                                         const std::vector<GroupSummary>& groups, const Rig& rig,
+                                         const Inflation& inflation) {
+  std::vector<RegionalTest> tests;
+  for (const GroupSummary& group : groups) {
+    const ImageSize size = rig.sensors[group.sensor].lens.size();
+    std::array<PartSums, kImagePartNames.size()> parts;
+    for (const PlacedResidual& residual : residuals[group.sensor]) {
+      if (residual.kind != group.kind || !residual.accepted) continue;
+      PartSums& part = parts[image_part(residual.pixel, size)];
+      Eigen::Matrix2d weight = Eigen::Matrix2d::Identity();
+      if (residual.normal) weight = *residual.normal * residual.normal->transpose();
+      weight /= residual.sigma_px * residual.sigma_px;
+      part.weight += weight;
+      part.weighted += weight * residual.residual_px;
+      part.sigma_px = residual.sigma_px;
+    }
+    RegionalTest test{.sensor = group.sensor, .kind = group.kind};
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      PartMean mean = mean_of(parts[p]);
+      if (mean.degrees == 0) continue;
+      mean.square /= inflation.of(group.kind);
+      ++test.parts;
+      test.chi_square += mean.square;
+      test.degrees_of_freedom += mean.degrees;
+      const double probability = chi_square_tail(mean.square, mean.degrees);
+      if (!test.worst_part.empty() && probability >= test.worst_probability) continue;
+      test.worst_part = kImagePartNames[p];
+      test.worst_probability = probability;
+      test.worst_mean_px = mean.mean_px;
+    }
+    test.probability = chi_square_tail(test.chi_square, test.degrees_of_freedom);
+    test.worst_probability = std::min(1.0, test.worst_probability * test.parts);
+    if (test.parts == 0) test.worst_probability = 1;
+    tests.push_back(std::move(test));
+  }
+  return tests;
+}
+
+}  // namespace crumple
