@@ -121,6 +121,12 @@ bool share_markers(const Target& a, const Target& b) {
   return a.first_id < b.first_id + marker_count(b) && b.first_id < a.first_id + marker_count(a);
 }
 
+bool look_alike(const Target& a, const Target& b) {
+  if (is_coded(a.kind) || a.kind != b.kind || a.staggered != b.staggered) return false;
+  const bool turned = !a.staggered && a.columns == b.rows && a.rows == b.columns;
+  return turned || (a.columns == b.columns && a.rows == b.rows);
+}
+
 const char* name_of(TargetKind kind) {
   switch (kind) {
     case TargetKind::chessboard:

@@ -45,6 +45,9 @@ bool is_coded(TargetKind kind);
 // Whether a marker of one could be taken for the other's.
 bool share_markers(const Target& a, const Target& b);
 
+// Whether one without markers could be taken for the other: of one kind, with as many points each way.
+bool look_alike(const Target& a, const Target& b);
+
 // "chessboard" and so on, and in words: "chessboard, 9 x 6 inner corners, pitch 25 mm".
 const char* name_of(TargetKind kind);
 std::string words(const Target& target);

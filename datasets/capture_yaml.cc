@@ -209,6 +209,21 @@ void read_boards_in_view(YamlMap& map, const Capture& capture, Station& station)
   }
 }
 
+// Each would be found twice, as either of them.
+void check_told_apart(const YamlValue& value, const Capture& capture, const std::vector<std::size_t>& in_view) {
+  for (std::size_t i = 0; i < in_view.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const BoardSpec &board = capture.boards[in_view[i]], &other = capture.boards[in_view[j]];
+      const bool described = board.target.columns > 0;  // else that is the one problem worth stating
+      if (!described || !look_alike(board.target, other.target)) continue;
+      value.problem(
+          fmt::format("has boards `{}` and `{}` in view, which look alike: use boards with markers, or say "
+                      "with `boards` which of them is in view",
+                      other.name, board.name));
+    }
+  }
+}
+
 // It shows the same patterns as the one under `patterns`, and so has as many pixels.
 std::string read_station_projector(const YamlValue& value, const Capture& capture) {
   const std::string name = value.text();
@@ -246,6 +261,7 @@ Station read_station(const YamlValue& value, const Capture& capture) {
     }
     map.finish();
   }
+  check_told_apart(value, capture, station.boards);
   if (!station.id.empty() && !is_station_name(station.id)) {
     value.problem("a station's id holds no slashes and is not . or ..; use `name_in_files` for folders");
   }

@@ -80,6 +80,20 @@ TEST(Target, MarkersOfTwoBoardsMayMeet) {
   EXPECT_FALSE(share_markers({9, 6, 25}, {9, 6, 25}));
 }
 
+TEST(Target, BoardsWithoutMarkersMayLookAlike) {
+  EXPECT_TRUE(look_alike({9, 6, 25}, {9, 6, 30}));
+  EXPECT_TRUE(look_alike({9, 6, 25}, {6, 9, 25}));  // turned
+  EXPECT_FALSE(look_alike({9, 6, 25}, {9, 7, 25}));
+  EXPECT_FALSE(look_alike({9, 6, 25}, {9, 6, 25, TargetKind::dots, 10}));
+  const Target dots{9, 6, 25, TargetKind::dots, 8};
+  Target staggered = dots;
+  staggered.staggered = true;
+  EXPECT_FALSE(look_alike(dots, staggered));
+  EXPECT_TRUE(look_alike(staggered, staggered));
+  const Target coded{9, 6, 25, TargetKind::charuco, 18, "5X5_100"};
+  EXPECT_FALSE(look_alike(coded, coded));  // share_markers() is about these
+}
+
 TEST(TargetPrint, ChessboardsAreDarkOutsideTheirFirstCorner) {
   const TargetPrint print(Target{9, 6, 25});
   EXPECT_TRUE(print.dark({-1, -1}));

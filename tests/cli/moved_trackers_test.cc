@@ -1,0 +1,106 @@
+// A tracker that is moved during a campaign, from images: listed once for each place, it keeps its lens.
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "datasets/rig_file.h"
+#include "datasets/truth.h"
+#include "tests/cli/program.h"
+
+namespace crumple {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+const std::string kMovedScene = CRUMPLE_SOURCE_DIR "/tests/data/scenes/moved_tracker.yaml";
+const std::string kBefore = "cal_1,cal_2,cal_4,cal_6,shown_1,shown_2,shown_3,shown_4,shown_5,shown_6";
+const std::string kAfter = "cal_3,cal_5,cal_7";
+
+void simulate(const fs::path& scene, const std::string& stations, const fs::path& folder) {
+  const ProgramRun run = run_program(
+      fmt::format("simulate '{}' --stations={} --nodepth_maps --out='{}'", scene.string(), stations, folder.string()));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+}
+
+std::string lines_from(const std::string& text, const std::string& first, const std::string& end) {
+  const std::size_t begin = text.find(first);
+  return text.substr(begin, text.find(end, begin) - begin);
+}
+
+// The images of both renderings as one capture: `tracker1` took those before it was moved, `tracker1b` those after.
+void join(const fs::path& before, const fs::path& after) {
+  for (const char* const station : {"cal_3", "cal_5", "cal_7"}) {
+    fs::rename(after / station / "tracker1", after / station / "tracker1b");
+    fs::copy(after / station, before / station, fs::copy_options::recursive);
+  }
+  std::string text = content_of(before / "capture.yaml");
+  const std::string tracker = lines_from(text, "  \"tracker1\":", "board:");
+  std::string moved = tracker;
+  moved.replace(moved.find("tracker1"), 8, "tracker1b");
+  text.replace(text.find(tracker), tracker.size(),
+               fmt::format("{}    stations: [{}]\n{}    stations: [{}]\n    lens_of: tracker1\n", tracker, kBefore,
+                           moved, kAfter));
+  const std::string stations = "\nstations:\n", others = content_of(after / "capture.yaml");
+  write_content(before / "capture.yaml", text + others.substr(others.find(stations) + stations.size()));
+}
+
+// Standard uncertainties of where a sensor is, in tangent coordinates.
+Vector6d sigmas_of(const Rig& rig, const std::string& sensor) {
+  Vector6d sigmas = Vector6d::Constant(std::nan(""));
+  for (std::size_t row = 0; row < rig.covariance.names.size(); ++row) {
+    const auto i = static_cast<Eigen::Index>(row);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double sigma = std::sqrt(rig.covariance.matrix(i, i));
+      if (rig.covariance.names[row] == fmt::format("{}.rotation_{}", sensor, "xyz"[axis])) sigmas[axis] = sigma;
+      if (rig.covariance.names[row] == fmt::format("{}.translation_{}", sensor, "xyz"[axis])) sigmas[3 + axis] = sigma;
+    }
+  }
+  return sigmas;
+}
+
+// Both trackers are where they were rendered, each after its move, within 4 sigmas.
+void expect_at(const Rig& rig, const std::string& name, const Rig& truth) {
+  const Sensor& found = rig.sensors[rig.find(name).value()];
+  const Sensor& true_one = truth.sensors[truth.find("tracker1").value()];
+  const Vector6d off = local_step(true_one.sensor_from_mount, found.sensor_from_mount);
+  const Vector6d sigmas = sigmas_of(rig, name);
+  for (int i = 0; i < 6; ++i) EXPECT_LE(std::abs(off[i]), 4 * sigmas[i]) << name << ", coordinate " << i;
+}
+
+TEST(MovedTrackers, AreTiedByLedsAndKeepTheirLens) {
+  const TemporaryFolder home;
+  simulate(kMovedScene, kBefore, home / "before");
+  const fs::path scene = home / "scene.yaml";
+  fs::copy(kMovedScene, scene);
+  replace_in(scene, "position_mm: [871.46, -85.51, 210.33]", "position_mm: [931.2, 44.7, 260.9]");
+  replace_in(scene, "rotation_deg: [-0.504, -24.029, -8.678]", "rotation_deg: [2.1, -26.3, -6.2]");
+  simulate(scene, kAfter, home / "after");
+  if (HasFatalFailure()) return;
+  join(home / "before", home / "after");
+  const ProgramRun run = run_program(fmt::format("calibrate '{}' --nooverlays --noreport --json --out='{}'",
+                                                 (home / "before/capture.yaml").string(), (home / "rig").string()));
+  ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
+  const json summary = json::parse(run.out);
+  EXPECT_EQ(summary["leds"]["reference"]["mount"], "world");
+  const json& sensors = summary["sensors"];
+  ASSERT_TRUE(sensors.contains("tracker1b"));
+  EXPECT_GT(sensors["tracker1b"]["groups"]["leds"]["observations"], 10);
+  EXPECT_EQ(sensors["tracker1b"]["parameters"], sensors["tracker1"]["parameters"]);
+
+  const auto rig = read_rig(home / "rig");
+  ASSERT_TRUE(rig) << rig.error().message;
+  const Sensor& moved = rig->sensors[rig->find("tracker1b").value()];
+  EXPECT_EQ(moved.lens_of, rig->find("tracker1"));
+  for (const std::string& name : rig->covariance.names) EXPECT_NE(name, "tracker1b.fx");
+  expect_at(*rig, "tracker1", read_true_rig(home / "before/truth").value());
+  expect_at(*rig, "tracker1b", read_true_rig(home / "after/truth").value());
+}
+
+}  // namespace
+}  // namespace crumple
