@@ -312,7 +312,7 @@ void note_scale(const Calibration& calibration, std::vector<std::string>& notes)
         "the scale's uncertainty is unknown, and no length's uncertainty contains it: state a board's certificate, or "
         "show a scale bar");
   } else if (!calibration.scale->missing.empty()) {
-    notes.push_back(fmt::format("the scale's uncertainty does not contain {}", calibration.scale->missing));
+    notes.push_back(fmt::format("the scale's uncertainty is not complete: {}", calibration.scale->missing));
   }
 }
 
@@ -391,9 +391,13 @@ Verdict judge(const Calibration& calibration) {
 Verdict judge(const CalibrationData& data, const Calibration& calibration, int threads) {
   Verdict verdict = judge(calibration);
   std::vector<std::string> faults;
-  const auto moved = verdict.ok ? std::nullopt : find_moved_sensor(data, calibration, threads);
-  if (moved) faults.push_back(moved->sentence);
   const auto alternatives = test_alternatives(data, calibration, threads);
+  // Linearised where the model is wrong, that may name another sensor than the one that was moved.
+  const bool elsewhere =
+      alternatives && std::any_of(alternatives->found.begin(), alternatives->found.end(),
+                                  [](const Alternative& a) { return a.kind == AlternativeKind::place; });
+  const auto moved = verdict.ok && !elsewhere ? std::nullopt : find_moved_sensor(data, calibration, threads);
+  if (moved) faults.push_back(moved->sentence);
   if (!alternatives) {
     verdict.notes.push_back("faults were not looked for: " + alternatives.error().message);
   } else {

@@ -240,19 +240,20 @@ std::optional<FoldDifferences> folds_by_flag(const CalibrationData& data, const 
   return std::nullopt;
 }
 
-// Of a probe that stands still, into the result too.
-Expected<std::optional<CrossValidation>> cross_validation_by_flag(const CalibrationInput& input,
-                                                                  const CalibrationOptions& options,
-                                                                  VerbResult& result) {
-  if (!FLAGS_cross_validate || input.stripes.empty() || !input.data.station_names.empty()) {
-    return std::optional<CrossValidation>();
-  }
+// Of a probe that stands still, into the result too; where it cannot be had that is said there.
+std::optional<CrossValidation> cross_validation_by_flag(const CalibrationInput& input,
+                                                        const CalibrationOptions& options, VerbResult& result) {
+  if (!FLAGS_cross_validate || input.stripes.empty() || !input.data.station_names.empty()) return std::nullopt;
   Progress progress("reconstructing boards left out", input.stripes.size());
   auto validation = cross_validate(input.data, input.stripes, options, {}, [&progress] { progress.advance(); });
-  if (!validation) return tl::unexpected(validation.error());
+  if (!validation) {
+    result.document["cross_validation"] = {{"not_done", validation.error().message}};
+    result.text += validation.error().message + "\n";
+    return std::nullopt;
+  }
   result.document["cross_validation"] = cross_validation_summary(*validation);
   result.text += cross_validation_text(*validation);
-  return std::optional(std::move(*validation));
+  return std::move(*validation);
 }
 
 Expected<VerbResult> run_calibrate(const VerbContext& context) {
@@ -279,6 +280,9 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (!folder) return tl::unexpected(folder.error());
   auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
   if (!input) return tl::unexpected(input.error());
+  if (FLAGS_starts && input->data.station_names.empty()) {
+    return usage_error("--starts is about a probe that trackers watch");
+  }
   const auto lenses = apply_lens_flag(*options, input->data);
   if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
   const auto calibration = calibrate(input->data, *options);
@@ -305,14 +309,12 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   result.document.update(of_folds.document);
   result.text += of_folds.text;
   const auto validation = cross_validation_by_flag(*input, *options, result);
-  if (!validation) return tl::unexpected(validation.error());
   add_suggestions(input->data, *calibration, result);
   if (*truth) {
     if (auto added = add_rig_truth(**truth, calibrated_rig(*calibration), result); !added)
       return tl::unexpected(added.error());
   }
   if (FLAGS_starts) {
-    if (input->data.station_names.empty()) return usage_error("--starts is about a probe that trackers watch");
     const auto done = write_starts(input->data, *options, *calibration, *truth, folder->path(), result);
     if (!done) return tl::unexpected(done.error());
   }
@@ -329,7 +331,7 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   const auto record = record_of_run(context, inputs);
   if (!record) return tl::unexpected(record.error());
   if (FLAGS_report) {
-    const CalibrationReport report{*capture, *calibration,         verdict, figures, input->skipped, folds, *validation,
+    const CalibrationReport report{*capture, *calibration,         verdict, figures, input->skipped, folds, validation,
                                    *record,  command_line(context)};
     if (auto done = write_calibration_report(report, *folder); !done) return tl::unexpected(done.error());
   }
