@@ -1,13 +1,20 @@
 // Was a tracker moved half-way through a campaign? Then no mount of its own fits what it saw before and after.
 //
-// For each sensor fixed to the world and each time between two stations, the mount is fitted before and after by
-// itself, linearised at the refinement, to the residuals of the LEDs; the split that explains most is refined in full,
-// as a tracker with two places (solvers/rig.h, lens_of). It counts as moved where that takes away more than half of the
-// LEDs' sum of squares, outliers included, and the two places differ by more than five standard uncertainties.
+// For each tracker and each time between two stations the score test (solvers/score_test.h) tells what two places would
+// explain; the best one's time is taken. There every tracker (the four most likely ones) is refined in full as one with
+// two places (solvers/rig.h, lens_of), and so is every camera on the probe, which looks alike where it came loose.
+// Boards that the probe saw on one side of that time alone were seen by trackers then; for boards and references that
+// were seen nobody knows when, such as boards shown to the trackers alone, the tracker has a third place.
+//
+// A sensor counts as moved where that takes away more than three quarters of the LEDs' sum of squares, outliers
+// included, and the two places differ by more than five standard uncertainties. Of several the one with the largest
+// likelihood is found, with those that gain nine tenths of what it does: two trackers alone see only that they moved
+// against each other.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/calibrate.h"
 
@@ -15,13 +22,14 @@ namespace crumple {
 
 struct MovedSensor {
   std::size_t sensor = 0;
-  std::size_t first_station = 0;     // at its new place
-  Vector6d step = Vector6d::Zero();  // of its mount, rad and mm
+  std::size_t first_station = 0;          // at its new place
+  Vector6d step = Vector6d::Zero();       // of its mount, rad and mm
+  std::vector<std::size_t> or_else = {};  // sensors of which one may have moved in its place
   std::string sentence;
 };
 
-// None where nothing was, and where LEDs are not seen from three stations on both sides. Stations in the order of their
-// numbers are taken to be in that of time.
+// None where nothing was, where a camera on the probe was, and where LEDs are not seen from three stations on both
+// sides. Stations in the order of their numbers are taken to be in that of time.
 std::optional<MovedSensor> find_moved_sensor(const CalibrationData& data, const Calibration& calibration, int threads);
 
 }  // namespace crumple

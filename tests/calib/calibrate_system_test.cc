@@ -1,7 +1,10 @@
 // A whole system from nothing but observations: closed forms over the graph of who sees what, then the joint
 // refinement.
 #include <algorithm>
+#include <random>
 #include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -11,11 +14,18 @@
 #include "calib/moved_sensor.h"
 #include "calib/verdict.h"
 #include "tests/calib/made_system_data.h"
+#include "tests/solvers/noisy_observations.h"
 
 namespace crumple {
 namespace {
 
+using testing::AllOf;
+using testing::Contains;
+using testing::Each;
 using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::UnorderedElementsAre;
 
 const CalibrationOptions kFlat{.warp = WarpChoice::off};
 
@@ -278,35 +288,148 @@ TEST(CalibrateSystemStart, TrackersWithBoardsOfTheirOwnAndNoOtherCameraAreRefuse
   EXPECT_THAT(found.error().message, HasSubstr("no camera on the probe sees a board"));
 }
 
-// The second tracker is knocked after half of the stations, and nobody notices.
-TEST(MovedSensor, IsNamedWithTheStationFromWhichOnItStandsElsewhere) {
-  const MadeSystem made = make_system({.trackers = 3, .projector = false, .stations = 20});
-  Rig knocked = made.truth.rig;
-  Vector6d knock;
-  knock << 1.5e-3, -1e-3, 0.5e-3, 0.8, 0.5, 0;
-  knocked.sensors[2].sensor_from_mount = retract(knocked.sensors[2].sensor_from_mount, knock);
-  CalibrationData data = data_of(made);
-  for (LedView& view : data.observations.leds) {
-    if (view.sensor != 2 || *view.station < 11) continue;
-    for (std::size_t i = 0; i < view.leds.size(); ++i) {
-      const Eigen::Vector3d in_world =
-          made.truth.world_from_probe[*view.station] * made.truth.rig.leds[view.leds[i]].position_mm;
-      const auto pixel_at = [&](const Rig& rig) {
-        return *rig.sensors[2].lens.project(rig.sensors[2].sensor_from_mount * in_world);
-      };
-      view.pixels[i] += pixel_at(knocked) - pixel_at(made.truth.rig);
+// Stations in the order of their placements, and every tracker sees every board: what the probe looks at too.
+void see_boards_one_after_the_other(MadeSystem& made, std::size_t placements) {
+  const std::size_t count = made.truth.world_from_probe.size();
+  std::vector<std::size_t> moved_to(count);
+  std::vector<Pose> world_from_probe;
+  for (std::size_t p = 0; p < placements; ++p) {
+    for (std::size_t s = p; s < count; s += placements) {
+      moved_to[s] = world_from_probe.size();
+      world_from_probe.push_back(made.truth.world_from_probe[s]);
     }
   }
-  const auto found = calibrate(data, kFlat);
+  made.truth.world_from_probe = std::move(world_from_probe);
+  const auto renumber = [&](auto& views) {
+    for (auto& view : views) {
+      if (view.station) view.station = moved_to[*view.station];
+    }
+  };
+  renumber(made.observations.corners);
+  renumber(made.observations.leds);
+  const std::vector<CornerView> corners = made.observations.corners;
+  for (const CornerView& view : corners) {
+    if (!view.station) continue;
+    for (std::size_t s = 0; s < made.truth.rig.sensors.size(); ++s) {
+      if (made.truth.rig.sensors[s].mount != Mount::world) continue;
+      made.observations.corners.push_back({s, view.placement, view.corners, view.pixels, std::nullopt});
+    }
+  }
+}
+
+// What a sensor sees from a station on, and of placements that the probe saw from then on alone, is what it sees from
+// another place. With noise; `made` has none.
+void knock(MadeSystem& made, std::size_t sensor, const Vector6d& step, std::size_t first_station) {
+  std::set<std::size_t> late;
+  for (const CornerView& view : made.observations.corners) {
+    if (view.station && *view.station >= first_station) late.insert(view.placement);
+  }
+  for (const CornerView& view : made.observations.corners) {
+    if (view.station && *view.station < first_station) late.erase(view.placement);
+  }
+  CalibrationState knocked = made.truth;
+  Pose& place = knocked.rig.sensors[sensor].sensor_from_mount;
+  place = retract(place, step);
+  const Observations after = predicted_observations(knocked, made.observations);
+  made.observations = predicted_observations(made.truth, made.observations);
+  for (std::size_t v = 0; v < after.leds.size(); ++v) {
+    if (after.leds[v].station && *after.leds[v].station >= first_station) made.observations.leds[v] = after.leds[v];
+  }
+  for (std::size_t v = 0; v < after.corners.size(); ++v) {
+    const CornerView& view = after.corners[v];
+    if (view.station ? *view.station >= first_station : late.contains(view.placement)) {
+      made.observations.corners[v] = view;
+    }
+  }
+  std::mt19937_64 random(3);
+  add_noise({0.1, 0.1, 0, 0.05}, random, made.observations);
+}
+
+MadeSystemOptions quiet(MadeSystemOptions options) {
+  options.projector = false;
+  options.led_sigma_px = options.corner_sigma_px = 0;
+  return options;
+}
+
+const Vector6d kKnock = (Vector6d() << 1.5e-3, -4e-3, 0.5e-3, 4, 1, 3).finished();
+
+TEST(MovedSensor, IsNamedWithTheStationFromWhichOnItStandsElsewhere) {
+  MadeSystem made = make_system(quiet({.trackers = 3, .stations = 20}));
+  Vector6d step;
+  step << 1.5e-3, -1e-3, 0.5e-3, 0.8, 0.5, 0;
+  knock(made, 2, step, 11);
+  const auto found = calibrate(data_of(made), kFlat);
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_FALSE(judge(*found).ok);
-  const auto moved = find_moved_sensor(data, *found, 1);
+  const auto moved = find_moved_sensor(data_of(made), *found, 1);
   ASSERT_TRUE(moved);
   EXPECT_EQ(moved->sensor, 2u);
   EXPECT_EQ(moved->first_station, 11u);
-  EXPECT_LT((moved->step - knock).head<3>().norm(), 3e-4);
+  EXPECT_THAT(moved->or_else, IsEmpty());
+  EXPECT_LT((moved->step - step).head<3>().norm(), 3e-4);
   EXPECT_THAT(moved->sentence, HasSubstr("track1"));
   EXPECT_THAT(moved->sentence, HasSubstr("station_11"));
+}
+
+// After the push probe and trackers go on looking at boards, which stand where none did before.
+TEST(MovedSensor, IsNamedOfThreeTrackersThatSeeBoardsAfterwards) {
+  MadeSystem made = make_system(quiet({.trackers = 3, .stations = 10, .placements = 2, .tracker_placements = 8}));
+  see_boards_one_after_the_other(made, 2);
+  knock(made, 2, kKnock, 5);
+  const CalibrationData data = data_of(made);
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 2u);
+  EXPECT_EQ(moved->first_station, 5u);
+  EXPECT_THAT(moved->or_else, IsEmpty());
+  EXPECT_LT((moved->step - kKnock).head<3>().norm(), 3e-4);
+  EXPECT_LT((moved->step - kKnock).tail<3>().norm(), 1);
+  EXPECT_THAT(judge(data, *found, 1).reasons.front(), HasSubstr("track1 stood elsewhere from station station_5 on"));
+}
+
+// Nothing that stood still was seen both before and after: the two moved against each other.
+TEST(MovedSensor, IsOneOrTheOtherOfTwoTrackers) {
+  MadeSystem made = make_system(quiet({.trackers = 2, .stations = 10, .placements = 2, .tracker_placements = 8}));
+  see_boards_one_after_the_other(made, 2);
+  knock(made, 2, kKnock, 5);
+  const CalibrationData data = data_of(made);
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->first_station, 5u);
+  std::vector<std::size_t> either = moved->or_else;
+  either.push_back(moved->sensor);
+  EXPECT_THAT(either, UnorderedElementsAre(1u, 2u));
+  const std::vector<std::string> reasons = judge(data, *found, 1).reasons;
+  EXPECT_THAT(reasons.front(), AllOf(HasSubstr("either track"), HasSubstr("track0 stood elsewhere from station "),
+                                     HasSubstr("track1 stood elsewhere from station ")));
+  EXPECT_THAT(reasons, Each(Not(HasSubstr("cam0 was moved"))));
+}
+
+// One that the probe still saw where it had been tells which.
+TEST(MovedSensor, IsNamedOfTwoTrackersByABoardThatStoodStill) {
+  MadeSystem made = make_system(quiet({.trackers = 2, .stations = 12, .tracker_placements = 8}));
+  knock(made, 1, kKnock, 6);
+  const auto found = calibrate(data_of(made), kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data_of(made), *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 1u);
+  EXPECT_THAT(moved->or_else, IsEmpty());
+}
+
+// It came loose from the LEDs; the tracker is not to blame.
+TEST(MovedSensor, NoneWasWhereTheProbesCameraWas) {
+  MadeSystem made = make_system(quiet({.trackers = 1, .leds = 6, .stations = 16}));
+  knock(made, 0, kKnock, 8);
+  const CalibrationData data = data_of(made);
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_FALSE(find_moved_sensor(data, *found, 1));
+  EXPECT_THAT(judge(data, *found, 1).reasons, Contains(HasSubstr("cam0 was moved")));
 }
 
 TEST(MovedSensor, NoneWasWhereNothingHappened) {
