@@ -207,7 +207,7 @@ double led_squares(const BundleResult& bundle) {
 }
 
 // Twice the negative logarithm of the likelihood, but for a constant, of all residuals: each group's variance is its
-// mean square. SplitPlaces of one sensor are one group.
+// mean square. Places of one sensor are one group.
 double misfit(const BundleResult& bundle) {
   struct Group {
     double count = 0, square = 0;
