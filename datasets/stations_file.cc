@@ -1,6 +1,7 @@
 #include "datasets/stations_file.h"
 
 #include <algorithm>
+#include <functional>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -92,17 +93,17 @@ MeasuredView read_view(const YamlValue& value, const Rig& rig, const std::vector
   return view;
 }
 
-Expected<void> read_stations_yaml(const fs::path& file, const Rig& rig, StationPoses& poses) {
+// `read_views` finds what the file says of views.
+Expected<void> read_stations_yaml(const fs::path& file, std::vector<PosedStation>& stations,
+                                  const std::function<void(YamlMap&)>& read_views) {
   const auto text = read_file(file);
   if (!text) return tl::unexpected(text.error());
   const auto document = parse_yaml(*text, file.string());
   if (!document) return tl::unexpected(document.error());
   YamlProblems problems(file.string());
   YamlMap map(*document, "", &problems);
-  poses.stations = posed_stations(map);
-  if (const auto views = map.require("views", "a list")) {
-    for (const YamlValue& view : views->list()) poses.views.push_back(read_view(view, rig, poses.stations));
-  }
+  stations = posed_stations(map);
+  read_views(map);
   map.finish();
   if (const auto error = problems.error()) return tl::unexpected(*error);
   return {};
@@ -130,24 +131,24 @@ Expected<void> write_stations(const fs::path& folder, const Rig& rig, const Stat
 }
 
 Expected<std::vector<PosedStation>> read_posed_stations(const fs::path& file) {
-  const auto text = read_file(file);
-  if (!text) return tl::unexpected(text.error());
-  const auto document = parse_yaml(*text, file.string());
-  if (!document) return tl::unexpected(document.error());
-  YamlProblems problems(file.string());
-  YamlMap map(*document, "", &problems);
-  std::vector<PosedStation> poses = posed_stations(map);
-  map.find("views");
-  map.finish();
-  if (const auto error = problems.error()) return tl::unexpected(*error);
-  return poses;
+  std::vector<PosedStation> stations;
+  const auto done = read_stations_yaml(file, stations, [](YamlMap& map) { map.find("views"); });
+  if (!done) return tl::unexpected(done.error());
+  return stations;
 }
 
 Expected<StationsAndRig> read_stations(const fs::path& folder) {
   auto rig = read_rig(folder / kRigFolder);
   if (!rig) return tl::unexpected(rig.error());
   StationsAndRig result{std::move(*rig), {}};
-  if (auto done = read_stations_yaml(folder / kDescription, result.rig, result.poses); !done) {
+  const auto read_views = [&](YamlMap& map) {
+    const auto views = map.require("views", "a list");
+    if (!views) return;
+    for (const YamlValue& view : views->list()) {
+      result.poses.views.push_back(read_view(view, result.rig, result.poses.stations));
+    }
+  };
+  if (auto done = read_stations_yaml(folder / kDescription, result.poses.stations, read_views); !done) {
     return tl::unexpected(done.error());
   }
   const auto six = 6 * static_cast<Eigen::Index>(result.poses.stations.size());
