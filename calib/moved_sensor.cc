@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <set>
@@ -12,17 +14,23 @@
 #include <fmt/ranges.h>
 
 #include "solvers/decompositions.h"
+#include "solvers/groups.h"
 #include "solvers/score_test.h"
 
 namespace crumple {
 namespace {
 
 constexpr std::size_t kLeastStations = 3;  // on either side
-constexpr std::size_t kMostTried = 4;      // trackers; each is a refinement
+constexpr std::size_t kMostTried = 6;      // trackers and times; each is a refinement
+constexpr std::size_t kLeastLeds = 3;      // that tell a place
 constexpr double kLeftOver = 0.25;         // of the sum of squares
+constexpr double kMostGross = 0.1;         // of the readings of LEDs, whatever moved
+constexpr double kGross = 15;              // sigmas; nothing counts as farther off
 constexpr double kSignificant = 5;         // standard uncertainties
-constexpr double kAsMuch = 0.9;            // of what the best one explains
-constexpr double kLeastSquare_px2 = 1e-12;
+// What explains nearly as much as the best: no model is so exact that a thirtieth of the misfit would decide, nor are
+// fifteen units of log-likelihood much for a campaign with a fault in it.
+constexpr double kAsMuch = 0.97;
+constexpr double kAsLikely = 30;
 constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 
 struct Split {
@@ -51,21 +59,40 @@ std::map<std::size_t, std::pair<std::size_t, std::size_t>> visits(const Observat
   return visited;
 }
 
-// Where a tracker stood when it saw something.
-enum class Place { before, later, untold };
+// Where a tracker stood when it saw something; left out: what was seen nobody knows when does not tell where from.
+enum class Place { before, later, untold, left_out };
 
 // What a tracker saw in a campaign that is split by its time. Of LEDs on the probe the station tells it. A board that
 // the probe saw on one side of the split alone was there then; of other boards, and of references, nothing says when
 // they were seen. Those that no other sensor saw say nothing of where the tracker stood, and are left where it was.
+// References that are all that is left tell a place only where there are three which two other sensors located.
 class SplitPlaces {
  public:
   SplitPlaces(const Observations& observations, const Split& split) : split_(split), visits_(visits(observations)) {
     for (const CornerView& view : observations.corners) {
       if (view.sensor != split.sensor) boards_of_others_.insert(view.placement);
     }
+    std::map<std::size_t, std::set<std::size_t>> others_of_led;
     for (const LedView& view : observations.leds) {
-      if (view.sensor != split.sensor && !view.station) references_of_others_ = true;
+      if (view.sensor == split.sensor) continue;
+      for (const std::size_t led : view.leds) others_of_led[led].insert(view.sensor);
     }
+    std::set<std::size_t> located;
+    for (const LedView& view : observations.leds) {
+      if (view.sensor != split.sensor || view.station) continue;
+      for (const std::size_t led : view.leds) {
+        const auto others = others_of_led.find(led);
+        if (others == others_of_led.end()) continue;
+        references_ = Place::left_out;
+        if (others->second.size() > 1) located.insert(led);
+      }
+    }
+    const auto is_untold = [&](const CornerView& view) {
+      return view.sensor == split.sensor && of_board(view.placement) == Place::untold;
+    };
+    const bool told = located.size() >= kLeastLeds ||
+                      std::any_of(observations.corners.begin(), observations.corners.end(), is_untold);
+    if (references_ == Place::left_out && told) references_ = Place::untold;
   }
 
   Place of_board(std::size_t placement) const {
@@ -77,14 +104,14 @@ class SplitPlaces {
   }
   Place of_leds(std::optional<std::size_t> station) const {
     if (station) return *station < split_.first_station ? Place::before : Place::later;
-    return references_of_others_ ? Place::untold : Place::before;
+    return references_;
   }
 
  private:
   Split split_;
   std::map<std::size_t, std::pair<std::size_t, std::size_t>> visits_;
   std::set<std::size_t> boards_of_others_;
-  bool references_of_others_ = false;
+  Place references_ = Place::before;
 };
 
 // The derivative of all that a tracker saw by its later place and by the untold one, beside each other.
@@ -107,39 +134,106 @@ ScoreTester::Columns by_places(const ScoreTester& tester, const Observations& ob
   return columns;
 }
 
-// Of each sensor fixed to the world, those with which LEDs were seen from enough stations on both sides.
-std::vector<Split> possible_splits(const Observations& observations, const Rig& rig) {
-  std::vector<std::set<std::size_t>> stations(rig.sensors.size());
+// From which stations each sensor fixed to the world saw LEDs.
+std::map<std::size_t, std::set<std::size_t>> stations_of_trackers(const Observations& observations, const Rig& rig) {
+  std::map<std::size_t, std::set<std::size_t>> stations;
   for (const LedView& view : observations.leds) {
     if (view.station && rig.sensors[view.sensor].mount == Mount::world) stations[view.sensor].insert(*view.station);
   }
-  std::vector<Split> splits;
-  for (std::size_t s = 0; s < stations.size(); ++s) {
-    const std::vector<std::size_t> seen(stations[s].begin(), stations[s].end());
-    for (std::size_t i = kLeastStations; i + kLeastStations <= seen.size(); ++i) splits.push_back({s, seen[i], 0});
-  }
-  return splits;
+  return stations;
+}
+
+bool enough_on_both_sides(const std::set<std::size_t>& stations, std::size_t first_station) {
+  const auto earlier = static_cast<std::size_t>(std::distance(stations.begin(), stations.lower_bound(first_station)));
+  return earlier >= kLeastStations && stations.size() - earlier >= kLeastStations;
 }
 
 bool gains_more(const Split& a, const Split& b) { return a.gain > b.gain; }
 
-// The one that explains most, then those of the other trackers at that time: where a tracker that was moved is one of
-// two, the residuals may as well be at the other.
-std::vector<Split> promising_splits(const CalibrationData& data, const Calibration& calibration, int threads) {
-  constexpr double kAll = 1e9;  // sigmas: what the fault made is mostly outliers
+bool as_good(double gain, double best) { return gain >= best - std::max(kAsLikely, (1 - kAsMuch) * best); }
+
+// Of every reading, the square of its residual over its group's variance.
+std::vector<double> standardised_squares(const ViewSummary& view, const std::map<GroupKey, double>& sigmas_px) {
+  const double sigma_px = sigmas_px.at({view.sensor, view.kind});
+  const int d = View::dimension_of(view.kind);
+  std::vector<double> squares;
+  for (Eigen::Index row = 0; row < view.residuals_px.size(); row += d) {
+    squares.push_back(view.residuals_px.segment(row, d).squaredNorm() / (sigma_px * sigma_px));
+  }
+  return squares;
+}
+
+std::map<GroupKey, double> sigmas_of(const BundleResult& bundle) {
+  std::map<GroupKey, double> sigmas_px;
+  for (const GroupSummary& group : bundle.groups) sigmas_px[{group.sensor, group.kind}] = group.sigma_px;
+  return sigmas_px;
+}
+
+// What a push made is mostly outliers, but many: three LEDs at three stations at the least. What lies far beyond all
+// but fewer was misread, and would choose the time alone.
+double most_sigmas(const BundleResult& bundle) {
+  constexpr std::size_t kFewer = kLeastStations * kLeastLeds - 1;
+  constexpr double kFarBeyond = 3;
+  const std::map<GroupKey, double> sigmas_px = sigmas_of(bundle);
+  std::vector<double> squares;
+  for (const ViewSummary& view : bundle.views) {
+    if (View::dimension_of(view.kind) != 2) continue;
+    const std::vector<double> of_view = standardised_squares(view, sigmas_px);
+    squares.insert(squares.end(), of_view.begin(), of_view.end());
+  }
+  std::sort(squares.begin(), squares.end(), std::greater<>());
+  return kFarBeyond * std::sqrt(squares[std::min(kFewer, squares.size() - 1)]);
+}
+
+// Trackers that may have been moved at the likeliest time, the likeliest first; one may be there with several times.
+struct Suspects {
+  std::vector<Split> tried = {};
+  std::vector<Split> too_few_stations = {};  // to be tried, but they may explain as much
+};
+
+// The split that explains most, then those of the other trackers at that time: where a tracker that was moved is one of
+// two, the residuals may as well be at the other. The time is known no better than between two stations that its
+// tracker read LEDs from; the other may have read from one between.
+Suspects find_suspects(const CalibrationData& data, const Calibration& calibration, int threads) {
   const CalibrationState& state = calibration.bundle.state;
-  std::vector<Split> splits = possible_splits(data.observations, state.rig);
+  const auto stations = stations_of_trackers(data.observations, state.rig);
+  std::vector<Split> splits;
+  for (const auto& [sensor, seen] : stations) {
+    for (const std::size_t station : seen) {
+      if (enough_on_both_sides(seen, station)) splits.push_back({sensor, station, 0});
+    }
+  }
   if (splits.empty()) return {};
-  const auto tester =
-      ScoreTester::create(data.observations, calibration.bundle, options_of(calibration, threads), kAll);
+  const auto tester = ScoreTester::create(data.observations, calibration.bundle, options_of(calibration, threads),
+                                          most_sigmas(calibration.bundle));
   if (!tester) return {};
-  for (Split& split : splits) split.gain = tester->test(by_places(*tester, data.observations, state, split)).gain;
-  std::stable_sort(splits.begin(), splits.end(), gains_more);
-  if (!(splits.front().gain > 0)) return {};
-  const std::size_t first_station = splits.front().first_station;
-  std::erase_if(splits, [&](const Split& split) { return split.first_station != first_station; });
-  if (splits.size() > kMostTried) splits.resize(kMostTried);
-  return splits;
+  const auto rate = [&](Split& split) {
+    split.gain = tester->test(by_places(*tester, data.observations, state, split)).gain;
+  };
+  std::for_each(splits.begin(), splits.end(), rate);
+  const Split best = *std::min_element(splits.begin(), splits.end(), gains_more);
+  if (!(best.gain > 0)) return {};
+  const std::set<std::size_t>& read = stations.at(best.sensor);
+  const std::size_t last_before = *std::prev(read.find(best.first_station));
+  Suspects suspects;
+  for (const auto& [sensor, seen] : stations) {
+    std::vector<Split> own;
+    for (std::size_t station = last_before + 1; station <= best.first_station; ++station) {
+      if (station != best.first_station && !seen.contains(station)) continue;
+      own.push_back({sensor, station, 0});
+      rate(own.back());
+    }
+    const Split likeliest = *std::min_element(own.begin(), own.end(), gains_more);
+    if (enough_on_both_sides(seen, likeliest.first_station)) {
+      std::erase_if(own, [&](const Split& split) { return !enough_on_both_sides(seen, split.first_station); });
+      suspects.tried.insert(suspects.tried.end(), own.begin(), own.end());
+    } else if (as_good(likeliest.gain, best.gain)) {
+      suspects.too_few_stations.push_back(likeliest);
+    }
+  }
+  std::stable_sort(suspects.tried.begin(), suspects.tried.end(), gains_more);
+  if (suspects.tried.size() > kMostTried) suspects.tried.resize(kMostTried);
+  return suspects;
 }
 
 // Sensors on the probe that saw boards from enough stations on both sides: a camera that moved against the LEDs looks
@@ -148,12 +242,11 @@ std::vector<Split> splits_on_probe(const Observations& observations, const Rig& 
   std::vector<Split> splits;
   for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
     if (rig.sensors[s].mount != Mount::probe || rig.sensors[s].kind != SensorKind::camera) continue;
-    std::set<std::size_t> earlier, later;
+    std::set<std::size_t> stations;
     for (const CornerView& view : observations.corners) {
-      if (view.sensor != s || !view.station) continue;
-      (*view.station < first_station ? earlier : later).insert(*view.station);
+      if (view.sensor == s && view.station) stations.insert(*view.station);
     }
-    if (earlier.size() >= kLeastStations && later.size() >= kLeastStations) splits.push_back({s, first_station, 0});
+    if (enough_on_both_sides(stations, first_station)) splits.push_back({s, first_station, 0});
   }
   return splits;
 }
@@ -182,9 +275,10 @@ Observations split_observations(Observations observations, const Split& split, M
   return observations;
 }
 
-// As a sensor with two places; a tracker with a third one for what it saw nobody knows when.
+// As a sensor with two places; a tracker with a third one for what it saw nobody knows when, of which `left_out` takes
+// no part. References that too few others see then stay where they are.
 Expected<BundleResult> refine_split(const CalibrationData& data, const Calibration& calibration, const Split& split,
-                                    int threads) {
+                                    const std::function<bool(const LedView&)>& left_out, int threads) {
   CalibrationState state = calibration.bundle.state;
   const std::size_t later = state.rig.sensors.size();
   Sensor moved = state.rig.sensors[split.sensor];
@@ -194,48 +288,64 @@ Expected<BundleResult> refine_split(const CalibrationData& data, const Calibrati
     moved.name = name + place;
     state.rig.sensors.push_back(moved);
   }
-  return refine(state, split_observations(data.observations, split, moved.mount, later, later + 1),
-                options_of(calibration, threads));
+  BundleOptions options = options_of(calibration, threads);
+  Observations observations = data.observations;
+  for (const LedView& view : observations.leds) {
+    if (left_out(view)) options.dispensable_leds.insert(view.leds.begin(), view.leds.end());
+  }
+  std::erase_if(observations.leds, left_out);
+  return refine(state, split_observations(std::move(observations), split, moved.mount, later, later + 1), options);
 }
 
-double led_squares(const BundleResult& bundle) {
-  double sum = 0;
-  for (const ViewSummary& view : bundle.views) {
-    if (view.kind == View::Kind::leds) sum += view.residuals_px.squaredNorm();
+// Of the readings that count after the split, and of the same before it. Of the others, which are gross whatever moved,
+// one would outweigh a push; but where there are many it is no explanation.
+bool explains_leds(const std::vector<ViewSummary>& before, const std::vector<ViewSummary>& after) {
+  double square_before = 0, square_after = 0, readings = 0, gross = 0;
+  for (std::size_t v = 0; v < after.size(); ++v) {
+    if (after[v].kind != View::Kind::leds) continue;
+    for (std::size_t i = 0; i < after[v].inlier.size(); ++i) {
+      const auto row = 2 * static_cast<Eigen::Index>(i);
+      ++readings;
+      if (!after[v].inlier[i]) {
+        ++gross;
+        continue;
+      }
+      square_before += before[v].residuals_px.segment<2>(row).squaredNorm();
+      square_after += after[v].residuals_px.segment<2>(row).squaredNorm();
+    }
   }
-  return sum;
+  return gross <= kMostGross * readings && square_after <= kLeftOver * square_before;
 }
 
-// Twice the negative logarithm of the likelihood, but for a constant, of all residuals: each group's variance is its
-// mean square. Places of one sensor are one group.
-double misfit(const BundleResult& bundle) {
-  struct Group {
-    double count = 0, square = 0;
-  };
-  std::map<std::pair<std::size_t, View::Kind>, Group> groups;
-  for (const ViewSummary& view : bundle.views) {
-    Group& group = groups[{bundle.state.rig.sensors[view.sensor].lens_of.value_or(view.sensor), view.kind}];
-    group.count += static_cast<double>(view.residuals_px.size());
-    group.square += view.residuals_px.squaredNorm();
-  }
+// Twice the negative logarithm of the likelihood, but for a constant, of all readings; what is gross whatever moved
+// costs the same before and after.
+double misfit(const std::vector<ViewSummary>& views, const std::map<GroupKey, double>& sigmas_px) {
   double sum = 0;
-  for (const auto& entry : groups) {
-    const Group& group = entry.second;
-    sum += group.count * std::log(std::max(group.square / group.count, kLeastSquare_px2));
+  for (const ViewSummary& view : views) {
+    const double sigma_px = sigmas_px.at({view.sensor, view.kind});
+    sum += 2 * static_cast<double>(view.residuals_px.size()) * std::log(sigma_px);
+    for (const double square : standardised_squares(view, sigmas_px)) sum += std::min(square, kGross * kGross);
   }
   return sum;
 }
 
 struct Explanation {
   Split split;
-  double misfit = 0;
+  double gain = 0;  // of misfit
   Vector6d step = Vector6d::Zero();
 };
 
 std::optional<Explanation> explanation(const CalibrationData& data, const Calibration& calibration, const Split& split,
                                        int threads) {
-  const auto refined = refine_split(data, calibration, split, threads);
-  if (!refined || led_squares(*refined) > kLeftOver * led_squares(calibration.bundle)) return std::nullopt;
+  const SplitPlaces places(data.observations, split);
+  const auto left_out = [&](const auto& view) {
+    return view.sensor == split.sensor && places.of_leds(view.station) == Place::left_out;
+  };
+  const auto refined = refine_split(data, calibration, split, left_out, threads);
+  if (!refined) return std::nullopt;
+  std::vector<ViewSummary> before = calibration.bundle.views;  // in the order of those after
+  std::erase_if(before, [&](const ViewSummary& view) { return view.kind == View::Kind::leds && left_out(view); });
+  if (!explains_leds(before, refined->views)) return std::nullopt;
   const BlockId first{BlockId::Kind::mount, split.sensor};
   const BlockId second{BlockId::Kind::mount, calibration.bundle.state.rig.sensors.size()};
   const auto& sensors = refined->state.rig.sensors;
@@ -245,47 +355,68 @@ std::optional<Explanation> explanation(const CalibrationData& data, const Calibr
   covariance -= joint.topRightCorner<6, 6>() + joint.bottomLeftCorner<6, 6>();
   const double statistic = std::sqrt(step.dot(Vector6d(solve_symmetric(covariance, step))) / 6);
   if (!(statistic > kSignificant)) return std::nullopt;
-  return Explanation{split, misfit(*refined), step};
+  const double gain = misfit(before, sigmas_of(calibration.bundle)) - misfit(refined->views, sigmas_of(*refined));
+  return Explanation{split, gain, step};
 }
 
-std::string sentence_of(const std::vector<Explanation>& equally_good, const Rig& rig,
-                        const std::vector<std::string>& station_names) {
+bool is_on_probe(const Rig& rig, const Split& split) { return rig.sensors[split.sensor].mount == Mount::probe; }
+
+// Of what explains equally much, the trackers first.
+std::string sentence_of(const std::vector<Explanation>& equally_good, const std::vector<Split>& too_few_stations,
+                        const Rig& rig, const std::vector<std::string>& station_names) {
   std::vector<std::string> moves;
   for (const Explanation& one : equally_good) {
-    moves.push_back(fmt::format("{} stood elsewhere from station {} on (by {:.3g} mm and {:.3g} deg)",
-                                rig.sensors[one.split.sensor].name, station_names[one.split.first_station],
-                                one.step.tail<3>().norm(), one.step.head<3>().norm() * kDegreesPerRad));
+    moves.push_back(fmt::format(
+        "{} {} from station {} on (by {:.3g} mm and {:.3g} deg)", rig.sensors[one.split.sensor].name,
+        is_on_probe(rig, one.split) ? "came loose from the LEDs" : "stood elsewhere",
+        station_names[one.split.first_station], one.step.tail<3>().norm(), one.step.head<3>().norm() * kDegreesPerRad));
+  }
+  for (const Split& split : too_few_stations) {
+    moves.push_back(
+        fmt::format("{} stood elsewhere from station {} on (it read LEDs from too few stations to tell by how much)",
+                    rig.sensors[split.sensor].name, station_names[split.first_station]));
   }
   const bool alone = moves.size() == 1;
-  return fmt::format("{}{}: {}list {} in capture.yaml as two cameras, the second with `lens_of` and its `stations`",
+  return fmt::format("{}{}: {}list {} in capture.yaml as two cameras, the second with `lens_of` and its `stations`{}",
                      alone ? "" : "either ", fmt::join(moves, " or "),
                      alone ? "if it was moved, " : "these observations do not tell which; ",
-                     alone ? "it" : "the one that was moved");
+                     alone ? "it" : "the tracker that was moved",
+                     is_on_probe(rig, equally_good.back().split)
+                         ? "; a camera that came loose: fasten it and take the campaign again"
+                         : "");
 }
 
 }  // namespace
 
 std::optional<MovedSensor> find_moved_sensor(const CalibrationData& data, const Calibration& calibration, int threads) {
   const Rig& rig = calibration.bundle.state.rig;
-  std::vector<Split> splits = promising_splits(data, calibration, threads);
-  if (splits.empty()) return std::nullopt;
-  for (const Split& split : splits_on_probe(data.observations, rig, splits.front().first_station)) {
-    splits.push_back(split);
-  }
-  std::vector<Explanation> found;
+  const auto [trackers, too_few_stations] = find_suspects(data, calibration, threads);
+  if (trackers.empty()) return std::nullopt;
+  std::vector<Split> splits = splits_on_probe(data.observations, rig, trackers.front().first_station);
+  splits.insert(splits.begin(), trackers.begin(), trackers.end());
+  std::vector<Explanation> found;  // of each sensor its best
+  double most = 0;
   for (const Split& split : splits) {
-    if (auto one = explanation(data, calibration, split, threads)) found.push_back(*one);
+    const auto one = explanation(data, calibration, split, threads);
+    if (!one) continue;
+    const auto same = std::find_if(found.begin(), found.end(),
+                                   [&](const Explanation& other) { return other.split.sensor == split.sensor; });
+    if (same == found.end()) {
+      found.push_back(*one);
+    } else if (one->gain > same->gain) {
+      *same = *one;
+    }
+    most = std::max(most, one->gain);
   }
-  if (found.empty()) return std::nullopt;
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Explanation& a, const Explanation& b) { return a.misfit < b.misfit; });
-  if (rig.sensors[found.front().split.sensor].mount == Mount::probe) return std::nullopt;
-  const double before = misfit(calibration.bundle);
-  const double enough = kAsMuch * (before - found.front().misfit);
-  std::erase_if(found, [&](const Explanation& one) { return before - one.misfit < enough; });
+  std::erase_if(found, [&](const Explanation& one) { return !(one.gain > 0) || !as_good(one.gain, most); });
+  std::stable_sort(found.begin(), found.end(), [&](const Explanation& a, const Explanation& b) {
+    return std::pair(is_on_probe(rig, a.split), -a.gain) < std::pair(is_on_probe(rig, b.split), -b.gain);
+  });
+  if (found.empty() || is_on_probe(rig, found.front().split)) return std::nullopt;
   MovedSensor moved{found.front().split.sensor, found.front().split.first_station, found.front().step, {}, {}};
   for (std::size_t i = 1; i < found.size(); ++i) moved.or_else.push_back(found[i].split.sensor);
-  moved.sentence = sentence_of(found, rig, data.station_names);
+  for (const Split& split : too_few_stations) moved.or_else.push_back(split.sensor);
+  moved.sentence = sentence_of(found, too_few_stations, rig, data.station_names);
   return moved;
 }
 

@@ -22,6 +22,7 @@ namespace {
 using testing::AllOf;
 using testing::Contains;
 using testing::Each;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -352,12 +353,11 @@ MadeSystemOptions quiet(MadeSystemOptions options) {
 }
 
 const Vector6d kKnock = (Vector6d() << 1.5e-3, -4e-3, 0.5e-3, 4, 1, 3).finished();
+const Vector6d kNudge = (Vector6d() << 1.5e-3, -1e-3, 0.5e-3, 0.8, 0.5, 0).finished();
 
 TEST(MovedSensor, IsNamedWithTheStationFromWhichOnItStandsElsewhere) {
   MadeSystem made = make_system(quiet({.trackers = 3, .stations = 20}));
-  Vector6d step;
-  step << 1.5e-3, -1e-3, 0.5e-3, 0.8, 0.5, 0;
-  knock(made, 2, step, 11);
+  knock(made, 2, kNudge, 11);
   const auto found = calibrate(data_of(made), kFlat);
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_FALSE(judge(*found).ok);
@@ -366,7 +366,7 @@ TEST(MovedSensor, IsNamedWithTheStationFromWhichOnItStandsElsewhere) {
   EXPECT_EQ(moved->sensor, 2u);
   EXPECT_EQ(moved->first_station, 11u);
   EXPECT_THAT(moved->or_else, IsEmpty());
-  EXPECT_LT((moved->step - step).head<3>().norm(), 3e-4);
+  EXPECT_LT((moved->step - kNudge).head<3>().norm(), 3e-4);
   EXPECT_THAT(moved->sentence, HasSubstr("track1"));
   EXPECT_THAT(moved->sentence, HasSubstr("station_11"));
 }
@@ -407,6 +407,124 @@ TEST(MovedSensor, IsOneOrTheOtherOfTwoTrackers) {
   EXPECT_THAT(reasons.front(), AllOf(HasSubstr("either track"), HasSubstr("track0 stood elsewhere from station "),
                                      HasSubstr("track1 stood elsewhere from station ")));
   EXPECT_THAT(reasons, Each(Not(HasSubstr("cam0 was moved"))));
+}
+
+// Two trackers that moved against each other between stations 4 and 5; of the LEDs the second one, which was pushed,
+// reads from then on those at `read_later` alone.
+MadeSystem knocked_reading(const std::set<std::size_t>& read_later) {
+  MadeSystem made = make_system(quiet({.trackers = 2, .stations = 10, .placements = 2, .tracker_placements = 8}));
+  see_boards_one_after_the_other(made, 2);
+  knock(made, 2, kKnock, 5);
+  std::erase_if(made.observations.leds, [&](const LedView& view) {
+    return view.sensor == 2 && view.station && *view.station >= 5 && !read_later.contains(*view.station);
+  });
+  return made;
+}
+
+TEST(MovedSensor, IsOneOrTheOtherThoughOneReadNothingAtThatStation) {
+  const CalibrationData data = data_of(knocked_reading({6, 7, 8, 9}));
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  std::vector<std::size_t> either = moved->or_else;
+  either.push_back(moved->sensor);
+  EXPECT_THAT(either, UnorderedElementsAre(1u, 2u));
+}
+
+TEST(MovedSensor, MayBeOneThatReadTooFewStationsToTell) {
+  const CalibrationData data = data_of(knocked_reading({8, 9}));
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 1u);
+  EXPECT_THAT(moved->or_else, ElementsAre(2u));
+  EXPECT_THAT(moved->sentence, AllOf(HasSubstr("either track0 stood elsewhere from station station_5 on"),
+                                     HasSubstr("or track1 stood elsewhere from station station_5 on (it read")));
+}
+
+// The third tracker reads from two stations after the push, and what it reads fits the first.
+TEST(MovedSensor, IsNotOneOfFewStationsThatExplainsLess) {
+  MadeSystem made = make_system(quiet({.trackers = 3, .stations = 14}));
+  knock(made, 2, kNudge, 7);
+  std::erase_if(made.observations.leds,
+                [](const LedView& view) { return view.sensor == 3 && view.station && *view.station >= 9; });
+  const CalibrationData data = data_of(made);
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 2u);
+  EXPECT_THAT(moved->or_else, IsEmpty());
+}
+
+// A reflection 30 px off in another tracker has a larger square than all that the push costs.
+TEST(MovedSensor, IsNamedBesideAMisreadLed) {
+  MadeSystem made = make_system(quiet({.trackers = 3, .stations = 14}));
+  knock(made, 2, kNudge, 7);
+  const auto misread = std::find_if(made.observations.leds.begin(), made.observations.leds.end(),
+                                    [](const LedView& view) { return view.sensor == 3 && view.station == 3U; });
+  ASSERT_NE(misread, made.observations.leds.end());
+  misread->pixels[0].x() += 30;
+  const CalibrationData data = data_of(made);
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 2u);
+  EXPECT_EQ(moved->first_station, 7u);
+  EXPECT_THAT(moved->or_else, IsEmpty());
+  EXPECT_LT((moved->step - kNudge).head<3>().norm(), 3e-4);
+}
+
+// The bar's two LEDs, seen nobody knows when, do not tell where a tracker stood, and no board does.
+TEST(MovedSensor, IsNamedWhereABarIsAllThatTrackersShareBesideTheProbe) {
+  MadeSystem made = make_system(quiet({.trackers = 2, .stations = 14, .tracker_placements = 16, .bar_mm = 1100}));
+  share_out_boards({{1}, {2}}, made);
+  knock(made, 2, kNudge, 7);
+  const CalibrationData data = data_of(made);
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 2u);
+  EXPECT_EQ(moved->first_station, 7u);
+  EXPECT_THAT(moved->or_else, IsEmpty());
+}
+
+// From station 8 on the probe is only shifted; so a tracker that was shifted looks like a camera that came loose.
+TEST(MovedSensor, IsATrackerOrACameraOfTheProbe) {
+  MadeSystem made = make_system(quiet({.trackers = 1, .leds = 6, .stations = 9}));
+  const Observations seen = made.observations;
+  const auto see_again = [](const auto& views, std::size_t station, auto& all) {
+    for (auto view : views) {
+      if (view.station != 8U) continue;
+      view.station = station;
+      all.push_back(view);
+    }
+  };
+  for (int i = 1; i < 8; ++i) {
+    Pose shifted = made.truth.world_from_probe[8];
+    shifted.translation += Eigen::Vector3d(6 * i, 20 * (i % 2), -10 * (i % 3));
+    see_again(seen.corners, made.truth.world_from_probe.size(), made.observations.corners);
+    see_again(seen.leds, made.truth.world_from_probe.size(), made.observations.leds);
+    made.truth.world_from_probe.push_back(shifted);
+  }
+  Vector6d shift;
+  shift << 0, 0, 0, 4, 1, 3;
+  knock(made, 1, shift, 8);
+  const CalibrationData data = data_of(made);
+  const auto found = calibrate(data, kFlat);
+  ASSERT_TRUE(found) << found.error().message;
+  const auto moved = find_moved_sensor(data, *found, 1);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->sensor, 1u);
+  EXPECT_THAT(moved->or_else, ElementsAre(0u));
+  EXPECT_THAT(moved->sentence, AllOf(HasSubstr("either track0 stood elsewhere from station station_8 on"),
+                                     HasSubstr("or cam0 came loose from the LEDs from station station_8 on"),
+                                     HasSubstr("list the tracker that was moved in capture.yaml"),
+                                     HasSubstr("came loose: fasten it and take the campaign again")));
 }
 
 // One that the probe still saw where it had been tells which.
