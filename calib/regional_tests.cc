@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <utility>
 
 #include "calib/image_parts.h"
 #include "solvers/decompositions.h"
@@ -21,6 +23,9 @@ struct PartSums {
 struct PartMean {
   Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();
   double square = 0;
+  // Of the mean in sigmas of a reading, summed over directions, and what noise makes of it.
+  double mean_square = 0;
+  double noise_square = 0;
   int degrees = 0;
 };
 
@@ -30,10 +35,13 @@ PartMean mean_of(const PartSums& sums) {
   const SymmetricEigen2 eigen = symmetric_eigen2(sums.weight);
   for (int i = 0; i < 2; ++i) {
     const double weight = eigen.values[i];
-    if (weight * sums.sigma_px * sums.sigma_px < kLeastReadings - 1e-6) continue;
+    const double readings = weight * sums.sigma_px * sums.sigma_px;
+    if (readings < kLeastReadings - 1e-6) continue;
     const double along = eigen.vectors.col(i).dot(sums.weighted);
     mean.mean_px += eigen.vectors.col(i) * (along / weight);
     mean.square += along * along / weight;
+    mean.mean_square += along * along / (weight * readings);
+    mean.noise_square += 1 / readings;
     ++mean.degrees;
   }
   return mean;
@@ -42,7 +50,8 @@ PartMean mean_of(const PartSums& sums) {
 }  // namespace
 
 bool RegionalTest::pattern() const {
-  return probability < kPatternProbability && chi_square > kPatternOverNoise * kPatternOverNoise * degrees_of_freedom;
+  const bool by_itself = worst_probability < kPatternProbability && worst_sigmas >= kPatternSigmas;
+  return probability < kPatternProbability && (by_itself || rms_sigmas >= kPatternSigmas);
 }
 
 std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedResidual>>& residuals,
@@ -63,6 +72,8 @@ std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedRes
       part.sigma_px = residual.sigma_px;
     }
     RegionalTest test{.sensor = group.sensor, .kind = group.kind};
+    double worst_square = 0;  // of one degree: far in the tail probabilities are all 0
+    double beyond_noise = 0;
     for (std::size_t p = 0; p < parts.size(); ++p) {
       PartMean mean = mean_of(parts[p]);
       if (mean.degrees == 0) continue;
@@ -70,13 +81,21 @@ std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedRes
       ++test.parts;
       test.chi_square += mean.square;
       test.degrees_of_freedom += mean.degrees;
+      beyond_noise += mean.mean_square - inflation.of(group.kind) * mean.noise_square;
       const double probability = chi_square_tail(mean.square, mean.degrees);
-      if (!test.worst_part.empty() && probability >= test.worst_probability) continue;
+      const double square = mean.square / mean.degrees;
+      if (!test.worst_part.empty() &&
+          std::pair(probability, -square) >= std::pair(test.worst_probability, -worst_square)) {
+        continue;
+      }
+      worst_square = square;
+      test.worst_sigmas = std::sqrt(mean.mean_square / mean.degrees);
       test.worst_part = kImagePartNames[p];
       test.worst_probability = probability;
       test.worst_mean_px = mean.mean_px;
     }
     test.probability = chi_square_tail(test.chi_square, test.degrees_of_freedom);
+    if (test.parts > 0) test.rms_sigmas = std::sqrt(std::max(0.0, beyond_noise) / test.degrees_of_freedom);
     test.worst_probability = std::min(1.0, test.worst_probability * test.parts);
     if (test.parts == 0) test.worst_probability = 1;
     tests.push_back(std::move(test));

@@ -6,8 +6,8 @@
 //
 // It is a test that the group's sigma has little part in, as that follows the scatter about the means. The fit follows
 // some of the noise, so that a right model is found guilty less often than stated. With many observations a pattern of
-// a hundredth of a sigma is significant: a pattern is only spoken of where the means are also beyond
-// kPatternOverNoise times the noise (RMS).
+// a hundredth of a sigma is significant: a pattern is only spoken of where the means, of all parts (RMS) or of a part
+// that is significant by itself, are also kPatternSigmas of a reading's sigma, which is 2 % of the scatter.
 #pragma once
 
 #include <string>
@@ -30,12 +30,15 @@ struct RegionalTest {
   std::string worst_part = {};   // empty without parts
   double worst_probability = 1;  // of that part by chance, over all parts
   Eigen::Vector2d worst_mean_px = Eigen::Vector2d::Zero();
+  // Of a coordinate, in sigmas of a reading: of that part, and RMS over all parts without what noise makes of it.
+  double worst_sigmas = 0;
+  double rms_sigmas = 0;
 
   bool pattern() const;
 };
 
 inline constexpr double kPatternProbability = 1e-4;
-inline constexpr double kPatternOverNoise = 1.5;
+inline constexpr double kPatternSigmas = 0.2;
 
 // One per group, in their order. `residuals` are those of all sensors (calib/placed_residuals.h).
 std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedResidual>>& residuals,

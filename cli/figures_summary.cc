@@ -71,9 +71,11 @@ json regional_json(const RegionalTest& test) {
           {"chi_square", test.chi_square},
           {"degrees_of_freedom", test.degrees_of_freedom},
           {"probability", test.probability},
+          {"rms_sigmas", test.rms_sigmas},
           {"pattern", test.pattern()},
           {"worst_part", test.worst_part},
           {"worst_mean_px", {test.worst_mean_px.x(), test.worst_mean_px.y()}},
+          {"worst_sigmas", test.worst_sigmas},
           {"worst_probability", test.worst_probability}};
 }
 

@@ -99,24 +99,27 @@ std::string pattern_section(const CalibrationFigures& figures, const Calibration
   std::vector<std::vector<std::string>> rows;
   for (const RegionalTest& test : figures.regional) {
     if (test.parts == 0) continue;
-    rows.push_back(
-        {html_text(group_name(calibration.bundle.state.rig, test.sensor, test.kind)), std::to_string(test.parts),
-         html_number(test.chi_square, 1), std::to_string(test.degrees_of_freedom),
-         html_number(test.probability, fmt::format("{:.2g}", test.probability)), test.pattern() ? "pattern" : "",
-         html_text(test.worst_part), fmt::format("{:+.4f}, {:+.4f}", test.worst_mean_px.x(), test.worst_mean_px.y()),
-         html_number(test.worst_probability, fmt::format("{:.2g}", test.worst_probability))});
+    rows.push_back({html_text(group_name(calibration.bundle.state.rig, test.sensor, test.kind)),
+                    std::to_string(test.parts), html_number(test.chi_square, 1),
+                    std::to_string(test.degrees_of_freedom),
+                    html_number(test.probability, fmt::format("{:.2g}", test.probability)),
+                    fmt::format("{:.2f}", test.rms_sigmas), test.pattern() ? "pattern" : "", html_text(test.worst_part),
+                    fmt::format("{:+.4f}, {:+.4f}", test.worst_mean_px.x(), test.worst_mean_px.y()),
+                    html_number(test.worst_probability, fmt::format("{:.2g}", test.worst_probability))});
   }
   return fmt::format(
              "<section id=\"patterns\">\n<h2>Patterns over the image</h2>\n<p>The mean residuals of an image's nine "
              "parts against what noise makes of them. A model that is enough leaves a chi-square about as large as its "
              "degrees of freedom, and the probability of a larger one is not small. A pattern is spoken of where that "
-             "is below {:g} and chi-square over {:g} times its degrees of freedom.</p>\n",
-             kPatternProbability, kPatternOverNoise * kPatternOverNoise) +
+             "is below {:g} and the means of all parts (RMS), or of the worst by itself, are {:g} of a reading's "
+             "sigma.</p>\n",
+             kPatternProbability, kPatternSigmas) +
          html_table({{"Group", true},
                      {"Parts"},
                      {"Chi-square"},
                      {"Degrees of freedom"},
                      {"Probability"},
+                     {"RMS of the means, sigmas"},
                      {"", true},
                      {"Worst part", true},
                      {"Its mean, px"},

@@ -70,6 +70,31 @@ TEST(RegionalTests, NameThePartThatIsOff) {
   EXPECT_FALSE(tests[1].pattern());
 }
 
+// A mean of a hundredth of a sigma, of half a million readings: far beyond chance, and nothing that matters.
+TEST(RegionalTests, DoNotSpeakOfAPatternFarBelowTheScatter) {
+  std::mt19937_64 random(6);
+  auto residuals = noise(500000, random);
+  for (PlacedResidual& residual : residuals[0]) {
+    residual.residual_px.x() += (residual.pixel.x() > 450 ? 0.02 : -0.02) * kRegionalSigma_px;
+  }
+  const auto tests = tests_of(residuals);
+  EXPECT_LT(tests[0].probability, 1e-12);
+  EXPECT_NEAR(tests[0].rms_sigmas, 0.02 / std::sqrt(3), 0.004);  // the parts between left and right cancel; x alone
+  EXPECT_FALSE(tests[0].pattern());
+}
+
+// So far out that every part's probability is 0 in double precision.
+TEST(RegionalTests, NameTheWorstOfPartsThatAreAllImpossible) {
+  std::mt19937_64 random(7);
+  auto residuals = noise(60000, random);
+  for (PlacedResidual& residual : residuals[0]) {
+    residual.residual_px.y() += (residual.pixel.x() > 600 && residual.pixel.y() > 400 ? 2 : 1) * kRegionalSigma_px;
+  }
+  const auto tests = tests_of(residuals);
+  EXPECT_EQ(tests[0].worst_probability, 0);
+  EXPECT_EQ(tests[0].worst_part, "lower right");
+}
+
 TEST(RegionalTests, CountCorrelatedObservationsForTheirEffectiveNumber) {
   std::mt19937_64 random(5);
   const auto residuals = noise(300, random);
