@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "datasets/led_images.h"
-#include "tracking/paper_pose.h"
 
 namespace crumple {
 namespace {
@@ -53,26 +52,6 @@ IdentifyOptions options_for(const Rig& rig, const std::string& tracker) {
   return options;
 }
 
-// The reference method: of the LEDs that are told without regard to a pose.
-Expected<Constellation> pose_by_markers(const Rig& rig, const std::vector<TrackerLights>& trackers,
-                                        const std::vector<std::size_t>& leds) {
-  Constellation result;
-  for (const TrackerLights& tracker : trackers) {
-    LedReading reading{{tracker.sensor, {}, {}, {}}, {}};
-    for (const IdentifiedLight& light : tracker.lights.leds) {
-      if (rig.leds[leds[light.led]].mount != Mount::probe) continue;
-      reading.view.leds.push_back(leds[light.led]);
-      reading.view.pixels.push_back(light.light.centre_of_gravity_px);
-      reading.covariances_px2.push_back(light.light.covariance_px2);
-    }
-    result.readings.push_back(std::move(reading));
-  }
-  const auto pose = paper_pose(rig, result.readings);
-  if (!pose) return tl::unexpected(pose.error());
-  result.pose.world_from_probe = pose->world_from_probe;
-  return result;
-}
-
 }  // namespace
 
 bool is_tracked(const Capture& capture, const Rig& rig) {
@@ -98,7 +77,7 @@ Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const
     trackers.push_back({*index, of_the_rig(std::move(*lights), *leds)});
   }
   if (trackers.empty()) return fail(fmt::format("station {}: no tracker of the rig took images there", station));
-  auto settled = method == PoseMethod::markers ? pose_by_markers(rig, trackers, *leds)
+  auto settled = method == PoseMethod::markers ? settle_by_markers(rig, trackers, *leds)
                                                : settle_constellation(rig, trackers, *leds, {.near = near});
   if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
   Stillness still = stillness(readings_over_time(trackers, *leds));

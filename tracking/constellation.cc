@@ -5,24 +5,49 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "tracking/paper_pose.h"
 #include "tracking/swapped_leds.h"
 
 namespace crumple {
 namespace {
 
-LedReadings undoubted_readings(const std::vector<TrackerLights>& trackers,
-                               const std::vector<std::size_t>& led_of_word) {
+Expected<void> check_leds(const Rig& rig, const std::vector<TrackerLights>& trackers,
+                          const std::vector<std::size_t>& led_of_word) {
+  for (const TrackerLights& tracker : trackers) {
+    for (const auto* lights : {&tracker.lights.leds, &tracker.lights.candidates}) {
+      for (const IdentifiedLight& told : *lights) {
+        if (told.led >= led_of_word.size()) return fail(fmt::format("word {} of the code is no LED's", told.led));
+        const std::size_t led = led_of_word[told.led];
+        if (led >= rig.leds.size()) return fail(fmt::format("a light is LED {}, which the rig has not", led));
+      }
+    }
+  }
+  return {};
+}
+
+// By one of a light's places: `pixel` or `centre_of_gravity_px`.
+LedReadings undoubted_readings(const std::vector<TrackerLights>& trackers, const std::vector<std::size_t>& led_of_word,
+                               Eigen::Vector2d Light::*place) {
   LedReadings readings;
   for (const TrackerLights& tracker : trackers) {
     LedReading reading{.view = {.sensor = tracker.sensor, .leds = {}, .pixels = {}}, .covariances_px2 = {}};
     for (const IdentifiedLight& told : tracker.lights.leds) {
       reading.view.leds.push_back(led_of_word[told.led]);
-      reading.view.pixels.push_back(told.light.pixel);
+      reading.view.pixels.push_back(told.light.*place);
       reading.covariances_px2.push_back(told.light.covariance_px2);
     }
     readings.push_back(reading);
   }
   return readings;
+}
+
+// `pose` is that of the readings with the same options.
+Expected<void> check_words(const Rig& rig, const LedReadings& readings, const Expected<ProbePose>& pose,
+                           const ProbePoseOptions& options) {
+  const auto swapped = find_swapped_leds(rig, readings, pose, options);
+  if (!swapped) return {};
+  return fail(fmt::format("LEDs {} and {} seem swapped: each is where the other has to be; check their words",
+                          rig.leds[swapped->first].name, rig.leds[swapped->second].name));
 }
 
 // The squared difference to the predicted pixel over the variance of both.
@@ -93,22 +118,12 @@ std::vector<LedReadings> readings_over_time(const std::vector<TrackerLights>& tr
 Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options) {
-  for (const TrackerLights& tracker : trackers) {
-    for (const auto* lights : {&tracker.lights.leds, &tracker.lights.candidates}) {
-      for (const IdentifiedLight& told : *lights) {
-        if (told.led >= led_of_word.size()) return fail(fmt::format("word {} of the code is no LED's", told.led));
-        const std::size_t led = led_of_word[told.led];
-        if (led >= rig.leds.size()) return fail(fmt::format("a light is LED {}, which the rig has not", led));
-      }
-    }
-  }
+  if (const auto known = check_leds(rig, trackers, led_of_word); !known) return tl::unexpected(known.error());
   Constellation result;
-  result.readings = undoubted_readings(trackers, led_of_word);
+  result.readings = undoubted_readings(trackers, led_of_word, &Light::pixel);
   auto pose = probe_pose(rig, result.readings, options);
-  if (const auto swapped = find_swapped_leds(rig, result.readings, pose, options)) {
-    return fail(fmt::format("LEDs {} and {} seem swapped: each is where the other has to be; check their words",
-                            rig.leds[swapped->first].name, rig.leds[swapped->second].name));
-  }
+  const auto right = check_words(rig, result.readings, pose, options);
+  if (!right) return tl::unexpected(right.error());
   if (!pose) return tl::unexpected(pose.error());
   std::size_t taken = 0;
   for (std::size_t i = 0; i < trackers.size(); ++i) {
@@ -120,6 +135,20 @@ Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<T
   if (taken > 0) pose = probe_pose(rig, result.readings, options);
   if (!pose) return tl::unexpected(pose.error());
   result.pose = *pose;
+  return result;
+}
+
+Expected<Constellation> settle_by_markers(const Rig& rig, const std::vector<TrackerLights>& trackers,
+                                          const std::vector<std::size_t>& led_of_word) {
+  if (const auto known = check_leds(rig, trackers, led_of_word); !known) return tl::unexpected(known.error());
+  const LedReadings by_spots = undoubted_readings(trackers, led_of_word, &Light::pixel);
+  const auto right = check_words(rig, by_spots, probe_pose(rig, by_spots), {});
+  if (!right) return tl::unexpected(right.error());
+  Constellation result;
+  result.readings = undoubted_readings(trackers, led_of_word, &Light::centre_of_gravity_px);
+  const auto pose = paper_pose(rig, result.readings);
+  if (!pose) return tl::unexpected(pose.error());
+  result.pose.world_from_probe = pose->world_from_probe;
   return result;
 }
 

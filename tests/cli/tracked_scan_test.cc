@@ -175,17 +175,28 @@ TEST(TrackedScanVerbs, ReconstructPosesByMarkers) {
   EXPECT_NE(by_markers["truth"]["cloud_raw_rms_mm"], by_pixels["truth"]["cloud_raw_rms_mm"]);
 }
 
-TEST(TrackedScanVerbs, ReconstructRefinesStationsByTheirOverlap) {
+// The words of a and c are described as each other's; markers alone would have a pose for that.
+TEST(TrackedScanVerbs, ReconstructNamesSwappedLedsWithEitherPose) {
   const TrackedScan& scan = TrackedScan::get();
+  const std::string a = "1111111010000000", c = "0000111001111100";
+  std::string text = content_of(scan.capture() / "capture.yaml");
+  const std::size_t at_a = text.find(a), at_c = text.find(c);
+  ASSERT_NE(at_a, std::string::npos);
+  ASSERT_NE(at_c, std::string::npos);
+  text.replace(at_a, a.size(), c).replace(at_c, c.size(), a);
+  write_content(scan.capture() / "swapped.yaml", text);
   const TemporaryFolder home;
-  const ProgramRun run = scan.reconstruct("capture.yaml", "--stations=door_1,door_2 --refine_stations", home / "cloud");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const json summary = json::parse(run.out);
-  const json& refined = summary["refined"];
-  ASSERT_FALSE(refined.contains("refused")) << refined;
-  EXPECT_EQ(refined["overlaps"], 1);
-  EXPECT_GT(refined["pairs"].get<int>(), 0);
-  ASSERT_EQ(refined["stations"].size(), 2U);
+  for (const std::string pose : {"pixels", "markers"}) {
+    const ProgramRun run = scan.reconstruct("swapped.yaml", "--stations=door_1 --pose=" + pose, home / pose);
+    EXPECT_EQ(run.exit_code, 3) << pose << run.out;
+    EXPECT_THAT(run.err, HasSubstr("station door_1: LEDs a and c seem swapped")) << pose;
+    EXPECT_FALSE(std::filesystem::exists(home / pose)) << pose;
+  }
+}
+
+// What LEDs alone say of the stations is not contradicted by what they share, which adds to it.
+void expect_refined_within_leds(const json& refined, std::size_t stations) {
+  ASSERT_EQ(refined["stations"].size(), stations);
   for (const json& station : refined["stations"]) {
     EXPECT_LE(station["sigma_mm"].get<double>(), station["sigma_by_leds_mm"].get<double>()) << station;
     EXPECT_LE(station["sigma_deg"].get<double>(), station["sigma_by_leds_deg"].get<double>()) << station;
@@ -196,6 +207,36 @@ TEST(TrackedScanVerbs, ReconstructRefinesStationsByTheirOverlap) {
   ASSERT_GE(refined["freedom"].get<int>(), 1);
   // LEDs and surface contradict each other by no more than chance.
   EXPECT_LE(refined["led_squares_grown_by"].get<double>(), chi_square_exceeded(1e-4, refined["freedom"].get<int>()));
+}
+
+TEST(TrackedScanVerbs, ReconstructRefinesStationsByTheirOverlap) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const ProgramRun run = scan.reconstruct("capture.yaml", "--stations=door_1,door_2 --refine_stations", home / "cloud");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json summary = json::parse(run.out);
+  const json& refined = summary["refined"];
+  ASSERT_FALSE(refined.contains("refused")) << refined;
+  EXPECT_EQ(refined["overlaps"], 1);
+  EXPECT_GT(refined["pairs"].get<int>(), 0);
+  EXPECT_EQ(refined["targets"], 0);
+  expect_refined_within_leds(refined, 2);
+  expect_as_good_as_stated(summary);
+}
+
+// The board that stays at bench_a while the probe scans it from three stations: its 8 x 5 corners.
+TEST(TrackedScanVerbs, ReconstructRefinesStationsByABoardThatStaysInTheRoom) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const ProgramRun run =
+      scan.reconstruct("capture.yaml", "--stations=cal_1,cal_2,cal_3 --refine_stations", home / "cloud");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json summary = json::parse(run.out);
+  const json& refined = summary["refined"];
+  ASSERT_FALSE(refined.contains("refused")) << refined;
+  EXPECT_EQ(refined["targets"], 40);
+  EXPECT_EQ(refined["targets_left_out"], 0);
+  expect_refined_within_leds(refined, 3);
   expect_as_good_as_stated(summary);
 }
 
