@@ -26,7 +26,9 @@ struct KnownSystem {
   std::map<std::size_t, Pose> world_from_probe;        // by station
   std::map<std::size_t, Eigen::Vector3d> led_in_leds;  // by LED, in the LEDs' frame
   std::set<std::size_t> located;                       // LEDs whose place on their mount is in the state
-  std::set<std::size_t> moved_trackers;                // sensors of later set-ups that are not posed yet
+  // Trackers that are not posed in the world yet: of later set-ups, and those that were calibrated apart until LEDs
+  // join them (calib/join_trackers.h).
+  std::set<std::size_t> moved_trackers;
 };
 
 // Sensors, boards, LEDs in their places, nothing known of them yet.

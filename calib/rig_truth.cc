@@ -66,8 +66,15 @@ std::vector<LedPair> led_pairs(const Rig& estimated, const Rig& truth) {
   return pairs;
 }
 
-void add_leds(const Rig& estimated, const Rig& truth, std::vector<ParameterTruth>& all) {
-  for (const LedPair& pair : led_pairs(estimated, truth)) {
+void add_leds(const Rig& estimated, const Rig& truth, std::vector<ParameterTruth>& all,
+              std::vector<std::string>& not_compared) {
+  const std::vector<LedPair> pairs = led_pairs(estimated, truth);
+  for (const Led& led : estimated.leds) {
+    if (std::none_of(pairs.begin(), pairs.end(), [&](const LedPair& pair) { return pair.name == led.name; })) {
+      not_compared.push_back(led.name);
+    }
+  }
+  for (const LedPair& pair : pairs) {
     for (int i = 0; i < 3; ++i) {
       all.push_back(
           {pair.name + "." + "xyz"[i], pair.estimated_mm[i], pair.true_mm[i], pair.estimated_mm[i] - pair.true_mm[i]});
@@ -78,13 +85,17 @@ void add_leds(const Rig& estimated, const Rig& truth, std::vector<ParameterTruth
 }  // namespace
 
 // Poses are compared in the frame of the first sensor on the same mount.
-Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated, const Rig& truth) {
+Expected<RigTruth> compare_with_true_rig(const Rig& estimated, const Rig& truth) {
+  RigTruth result;
   std::vector<ParameterTruth> all;
   for (const Sensor& sensor : estimated.sensors) {
     const auto index = truth.find(sensor.name);
     const Sensor& first = first_on(sensor.mount, estimated);
     const auto reference = truth.find(first.name);
-    if (!index || !reference) return fail(fmt::format("the truth has no sensor {}", sensor.name));
+    if (!index || !reference) {
+      result.not_compared.push_back(sensor.name);
+      continue;
+    }
     const Sensor& known = truth.sensors[*index];
     if (known.lens.model() != sensor.lens.model()) {
       return fail(fmt::format("sensor {} was estimated as {} but the truth is {}: their parameters cannot be compared",
@@ -95,8 +106,8 @@ Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated
     const auto parameters = parameters_of(sensor, known, estimated_mount, true_mount);
     all.insert(all.end(), parameters.begin(), parameters.end());
   }
-  add_leds(estimated, truth, all);
-  std::vector<ParameterTruth> estimated_ones;
+  if (result.not_compared.size() == estimated.sensors.size()) return fail("the truth has none of the rig's sensors");
+  add_leds(estimated, truth, all, result.not_compared);
   for (std::size_t row = 0; row < estimated.covariance.names.size(); ++row) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const ParameterTruth& parameter) {
       return parameter.name == estimated.covariance.names[row];
@@ -105,9 +116,9 @@ Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated
     const auto i = static_cast<Eigen::Index>(row);
     found->sigma = std::sqrt(estimated.covariance.matrix(i, i));
     found->z = found->sigma > 0 ? found->error / found->sigma : 0;
-    estimated_ones.push_back(*found);
+    result.parameters.push_back(*found);
   }
-  return estimated_ones;
+  return result;
 }
 
 Expected<double> lens_error_px(const Lens& estimated, const Lens& truth) {

@@ -19,10 +19,17 @@ struct ParameterTruth {
   double z = 0;      // error / sigma
 };
 
+struct RigTruth {
+  std::vector<ParameterTruth> parameters;
+  // Sensors and LEDs that the truth does not know, such as a tracker where it was moved to, or that have no frame in
+  // common with it.
+  std::vector<std::string> not_compared;
+};
+
 // Every lens and mount parameter that has a row in the estimate's covariance, in its order, and every LED; the board's
 // warp is no part of a rig. Mounts are relative to the first sensor on the same mount: rotation vector in rad,
-// translation in mm. Fails where the truth lacks a sensor or has another lens model there.
-Expected<std::vector<ParameterTruth>> compare_with_true_rig(const Rig& estimated, const Rig& truth);
+// translation in mm. Fails where the truth knows no sensor of the estimate, or has another lens model for one.
+Expected<RigTruth> compare_with_true_rig(const Rig& estimated, const Rig& truth);
 
 // How far a lens is off: the RMS over the image, px, between where it and the true one see the rays of a grid of
 // pixels, after the rotation that fits them best, which is the mount's affair.

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -13,12 +12,13 @@
 
 namespace crumple {
 
-// {"parameters": [{name, estimate, truth, error, sigma, z}], "share_within_3_sigma": 0..1, "rms_z"}
-nlohmann::json rig_truth_json(const std::vector<ParameterTruth>& parameters);
-std::string rig_truth_text(const std::vector<ParameterTruth>& parameters);
+// {"parameters": [{name, estimate, truth, error, sigma, z}], "share_within_3_sigma": 0..1, "rms_z",
+//  "not_compared": [names]}
+nlohmann::json rig_truth_json(const RigTruth& compared);
+std::string rig_truth_text(const RigTruth& compared);
 
 // How far hand and eye and the lenses are off: into the document's truth.hand_eye.NAME (mm at the LEDs' middle, deg)
-// and truth.lenses_px.NAME.SENSOR, and the end of the text.
+// and truth.lenses_px.NAME.SENSOR of the sensors that the truth knows, and the end of the text.
 Expected<void> add_system_truth(const Rig& truth, const Rig& estimated, const std::string& name, VerbResult& result);
 
 // Both into what a verb answers: the document's `truth` and the end of the text.

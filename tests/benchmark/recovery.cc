@@ -112,9 +112,9 @@ Expected<Series> calibrate_all(const std::string& name, const Scene& scene, cons
   const double share = 1 / static_cast<double>(all.size());
   for (const auto& calibration : calibrations) {
     if (!calibration) return tl::unexpected(calibration.error());
-    const auto parameters = compare_with_true_rig(calibrated_rig(*calibration), true_rig(scene));
-    if (!parameters) return tl::unexpected(parameters.error());
-    add(*parameters, share, series);
+    const auto compared = compare_with_true_rig(calibrated_rig(*calibration), true_rig(scene));
+    if (!compared) return tl::unexpected(compared.error());
+    add(compared->parameters, share, series);
     series.corner_sigma_px += share * group_sigma(*calibration, View::Kind::corners);
     series.stripe_sigma_px += share * group_sigma(*calibration, View::Kind::stripes);
     series.corner_inflation += share * calibration->inflation.corners;

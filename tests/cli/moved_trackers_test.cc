@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -17,6 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using testing::Each;
+using testing::IsSupersetOf;
+using testing::Not;
+using testing::StartsWith;
 
 const std::string kMovedScene = CRUMPLE_SOURCE_DIR "/tests/data/scenes/moved_tracker.yaml";
 const std::string kBefore = "cal_1,cal_2,cal_4,cal_6,shown_1,shown_2,shown_3,shown_4,shown_5,shown_6";
@@ -83,8 +88,9 @@ TEST(MovedTrackers, AreTiedByLedsAndKeepTheirLens) {
   simulate(scene, kAfter, home / "after");
   if (HasFatalFailure()) return;
   join(home / "before", home / "after");
-  const ProgramRun run = run_program(fmt::format("calibrate '{}' --nooverlays --noreport --json --out='{}'",
-                                                 (home / "before/capture.yaml").string(), (home / "rig").string()));
+  const ProgramRun run = run_program(
+      fmt::format("calibrate '{}' --truth='{}' --nooverlays --noreport --json --out='{}'",
+                  (home / "before/capture.yaml").string(), (home / "before/truth").string(), (home / "rig").string()));
   ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
   const json summary = json::parse(run.out);
   EXPECT_EQ(summary["leds"]["reference"]["mount"], "world");
@@ -92,6 +98,13 @@ TEST(MovedTrackers, AreTiedByLedsAndKeepTheirLens) {
   ASSERT_TRUE(sensors.contains("tracker1b"));
   EXPECT_GT(sensors["tracker1b"]["groups"]["leds"]["observations"], 10);
   EXPECT_EQ(sensors["tracker1b"]["parameters"], sensors["tracker1"]["parameters"]);
+
+  // The truth beside the first rendering knows one place of that tracker.
+  EXPECT_EQ(summary["truth"]["not_compared"], json::array({"tracker1b"}));
+  std::vector<std::string> compared;
+  for (const json& parameter : summary["truth"]["parameters"]) compared.push_back(parameter["name"]);
+  EXPECT_THAT(compared, IsSupersetOf({"tracker1.fx", "tracker1.translation_x", "a.x", "reference.x"}));
+  EXPECT_THAT(compared, Each(Not(StartsWith("tracker1b."))));
 
   const auto rig = read_rig(home / "rig");
   ASSERT_TRUE(rig) << rig.error().message;
