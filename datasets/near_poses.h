@@ -19,7 +19,14 @@ class NearPoses {
 
   // `statement` is the word `previous`, or names a stations.yaml (datasets/stations_file.h) or the folder that holds
   // one; empty: nothing. Fails where the file cannot be read.
-  static Expected<NearPoses> create(const std::string& statement);
+  //
+  // What is stated must be in the world frame of `rig`, that of its first tracker. The rig that a run wrote beside the
+  // file is held against it: fails where its first tracker is another, and where a tracker of both stands turned by
+  // more than 1 deg or shifted by more than 30 mm. One calibration differs from the next by far less, a tracker that
+  // was put elsewhere by far more; and a third of the turn between two poses, which decides, hardly notices 1 deg.
+  // Trackers that were all moved as one, or a single one, do not show. Where nothing could be compared the source of a
+  // pose says so.
+  static Expected<NearPoses> create(const std::string& statement, const Rig& rig);
 
   // station_pose() with what is known of the station. With `previous` that is the last station before it, in the order
   // of the calls, whose pose its own LEDs told: one that was taken for being near another tells nothing further.
@@ -36,6 +43,7 @@ class NearPoses {
 
   bool previous_ = false;
   std::optional<std::filesystem::path> file_;
+  std::string unchecked_;  // why nothing says whether its frame is this one; empty: it was compared
   std::vector<PosedStation> stated_;
   std::optional<NearPose> last_;
 };

@@ -137,6 +137,15 @@ Expected<std::vector<PosedStation>> read_posed_stations(const fs::path& file) {
   return stations;
 }
 
+Expected<std::optional<Rig>> read_rig_of_stations(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  // A folder of that name alone may be any rig's.
+  if (!fs::exists(folder / kByRig) || !fs::exists(folder / kRigFolder)) return std::optional<Rig>();
+  auto rig = read_rig(folder / kRigFolder);
+  if (!rig) return tl::unexpected(rig.error());
+  return std::optional<Rig>(std::move(*rig));
+}
+
 Expected<StationsAndRig> read_stations(const fs::path& folder) {
   auto rig = read_rig(folder / kRigFolder);
   if (!rig) return tl::unexpected(rig.error());

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "calib/station_poses.h"
@@ -24,6 +25,10 @@ struct StationsAndRig {
 // The poses alone of stations.yaml; the files beside it are not read. Fails on a file that is missing or damaged, and
 // where two stations have one id.
 Expected<std::vector<PosedStation>> read_posed_stations(const std::filesystem::path& file);
+
+// The rig that the poses of stations.yaml were found with: none where what is written with it is not beside it. Fails
+// on a damaged one.
+Expected<std::optional<Rig>> read_rig_of_stations(const std::filesystem::path& file);
 
 // Fails, naming file, line and key, on a missing or damaged file, on views of stations and sensors that there are not,
 // and on matrices that do not fit stations and rig.

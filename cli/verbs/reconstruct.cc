@@ -32,8 +32,8 @@ DEFINE_string(pose, "pixels",
               "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
 DEFINE_string(near, "",
               "how the probe was turned, roughly, where its LEDs leave several poses: a stations.yaml with poses by "
-              "station, or the folder of the run that wrote one; or previous: as at the last station before that its "
-              "own LEDs pose");
+              "station, or the folder of the run that wrote one, no tracker having been moved since; or previous: as "
+              "at the last station before that its own LEDs pose");
 DEFINE_bool(refine_stations, false,
             "refine the poses of a tracked probe's stations together, from LEDs and from the surface where stations "
             "overlap, the rig free under its own covariance; reads the images twice");
@@ -222,13 +222,13 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   if (!FLAGS_near.empty() && choices->pose == PoseMethod::markers) {
     return usage_error("--near wants --pose=pixels: markers leave one pose or none");
   }
-  auto near = NearPoses::create(FLAGS_near);
-  if (!near) return tl::unexpected(near.error());
-  choices->near = std::move(*near);
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto rig = read_rig(FLAGS_rig);
   if (!rig) return tl::unexpected(rig.error());
+  auto near = NearPoses::create(FLAGS_near, *rig);
+  if (!near) return tl::unexpected(near.error());
+  choices->near = std::move(*near);
   if (FLAGS_refine_stations && !is_tracked(*capture, *rig)) {
     return usage_error("--refine_stations wants a capture in which trackers see the probe's LEDs");
   }

@@ -94,7 +94,7 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   }
   const auto stations = tracked_stations(*capture);
   if (!stations) return tl::unexpected(stations.error());
-  auto near = NearPoses::create(FLAGS_near);
+  auto near = NearPoses::create(FLAGS_near, *rig);
   if (!near) return tl::unexpected(near.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());

@@ -135,7 +135,28 @@ TEST(TrackedSystemVerbs, AnEarlierRunsStationsDecide) {
   const ProgramRun again =
       track(three_leds(), home / "again", "--stations=cal_07 --near='" + (home / "mine.yaml").string() + "'");
   ASSERT_EQ(again.exit_code, 0) << again.err;
-  expect_posed_like(json::parse(again.out)["stations"]["cal_07"], WellPosed::get().at("cal_07"));
+  const json posed = json::parse(again.out)["stations"]["cal_07"];
+  expect_posed_like(posed, WellPosed::get().at("cal_07"));
+  EXPECT_THAT(posed["choice"]["near"].get<std::string>(),
+              HasSubstr("mine.yaml (not known to be in this frame: no run"));
+}
+
+// The earlier run's rig has its second tracker turned by 3 deg from where it is now.
+TEST(TrackedSystemVerbs, AnEarlierRunsStationsAreRefusedAfterATrackerWasMoved) {
+  const TemporaryFolder home;
+  std::filesystem::copy(WellPosed::get().folder(), home / "earlier", std::filesystem::copy_options::recursive);
+  Rig rig = read_rig(home / "earlier/rig").value();
+  Pose& mount = rig.sensors[*rig.find("tracker1")].sensor_from_mount;
+  mount.rotation = rotation_from_vector({0, 0.052, 0}) * mount.rotation;
+  ASSERT_TRUE(write_rig(home / "earlier/rig", rig));
+  for (const std::string verb : {"track", "reconstruct"}) {
+    const ProgramRun run =
+        run_program(verb + " '" + three_leds() + "' --rig='" + TrackedSystem::get().rig() + "' --out='" +
+                    (home / verb).string() + "' --near='" + (home / "earlier").string() + "'");
+    EXPECT_EQ(run.exit_code, 3) << verb << run.out;
+    EXPECT_THAT(run.err, HasSubstr("tracker1 stands 3.0 deg")) << verb;
+    EXPECT_FALSE(std::filesystem::exists(home / verb));
+  }
 }
 
 TEST(TrackedSystemVerbs, WhatIsStatedMustBeRead) {
