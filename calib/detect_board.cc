@@ -146,7 +146,10 @@ bool first_square_dark(const cv::Mat& image8, const Grid& grid) {
 Expected<int> start_along(int found, int all, bool first_end_in_image, bool last_end_in_image) {
   if (found == all) return 0;
   if (first_end_in_image == last_end_in_image) {
-    return fail("only part of the board is visible and it cannot be told which: show it whole, or cut off at one end");
+    return fail(
+        "only part of the board is visible and it cannot be told which, for it has no markers: show it whole, or cut "
+        "off "
+        "by the image's border at one end only");
   }
   return first_end_in_image ? 0 : all - found;
 }
@@ -236,6 +239,12 @@ std::optional<Grid> aligned(Grid grid, int columns, int rows) {
   return x.x() * y.y() - x.y() * y.x() < 0 ? mirrored(grid) : grid;
 }
 
+// Of a board that is cut off in both directions: its rows and columns cannot even be told from each other.
+bool may_be_part(const Grid& grid, int columns, int rows) {
+  return std::max(grid.columns, grid.rows) <= std::max(columns, rows) &&
+         std::min(grid.columns, grid.rows) <= std::min(columns, rows);
+}
+
 // What OpenCV's detector is asked for.
 struct Search {
   int columns;
@@ -271,8 +280,19 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
           "the outermost corners found have no dark and light squares about them: show the board's rim free of "
           "shadows, glare and whatever covers it");
     }
-    if (!grid) return fail(fmt::format("no chessboard with {} x {} inner corners found", columns, rows));
+    if (!grid) {
+      return fail(fmt::format(
+          "no chessboard with {} x {} inner corners found: show it whole, or cut off by the image's border at one end "
+          "only, for a part without markers cannot be told from another",
+          columns, rows));
+    }
     const auto upright = aligned(*grid, columns, rows);
+    if (!upright && may_be_part(*grid, columns, rows)) {
+      return fail(fmt::format(
+          "{} x {} corners were found of the board's {} x {}, and it cannot be told which: it has no markers; "
+          "show all of it along one direction at least",
+          grid->columns, grid->rows, columns, rows));
+    }
     if (!upright) {
       return fail(fmt::format("a grid of {} x {} corners was found where the board has {} x {}", grid->columns,
                               grid->rows, columns, rows));

@@ -184,8 +184,10 @@ Expected<DetectedBoard> detect_dots(const cv::Mat& image, const Target& target) 
   try {
     const auto found = find_grid(to_8_bit(image), target);
     if (!found) {
-      return fail(fmt::format("no grid of {} x {}{} dots found: all of it must be in view", target.columns, target.rows,
-                              target.staggered ? " staggered" : ""));
+      return fail(fmt::format(
+          "no grid of {} x {}{} dots found: all of it must be in view, for a part without markers cannot be told from "
+          "another",
+          target.columns, target.rows, target.staggered ? " staggered" : ""));
     }
     const Board nominal = board_of(target);
     const auto placed = place(*found, nominal, target.columns);

@@ -49,7 +49,7 @@ void look_for_boards(const Capture& capture, const Rig& rig, const std::string& 
     const auto image = read_board_image(capture, pair.camera, id);
     if (!image) continue;
     for (const std::size_t board : station.boards) {
-      auto found = detect_target(*image, capture.boards[board].target);
+      auto found = detect_target_among(*image, capture.boards[board].target, station.boards.size());
       if (!found) continue;
       sights.push_back({index, *rig.find(pair.camera), board, station.placement, std::move(found->corners),
                         std::move(found->pixels)});

@@ -25,28 +25,29 @@ const ShownFrame* find(const std::vector<ShownFrame>& frames, Kind kind) {
 
 }  // namespace
 
-std::vector<Finding> check_board(const std::vector<ShownFrame>& frames, const BoardSpec& board, double full_scale,
-                                 const std::string& where) {
+std::vector<Finding> check_board(const std::vector<ShownFrame>& frames, const BoardSpec& board,
+                                 std::size_t boards_in_view, double full_scale, const std::string& where) {
   const ShownFrame* white = find(frames, Kind::white);
   const ShownFrame* ambient = find(frames, Kind::ambient);
   const ShownFrame* black = find(frames, Kind::black);
   const ShownFrame* shown = white != nullptr ? white : ambient;
   if (shown == nullptr) return {};
-  auto detected = detect_target(shown->image, board.target);
-  const bool by_ambient = !detected && white != nullptr && ambient != nullptr;
-  if (by_ambient) detected = detect_target(ambient->image, board.target);
+  auto detected = detect_target_among(shown->image, board.target, boards_in_view);
+  std::vector<Finding> left_out;
   if (!detected) {
-    return {{Severity::warning, where,
-             fmt::format("the board is not found in {}: {}; this view will not be used", shown->name,
-                         detected.error().message)}};
+    left_out.push_back(
+        {Severity::warning, where,
+         fmt::format("the board's view in {} will not be used: {}", shown->name, detected.error().message)});
   }
-  if (white == nullptr || black == nullptr) return {};
+  // Whether the projector lights it may be told from where room light shows it; a calibration does not look there.
+  if (!detected && white != nullptr && ambient != nullptr) detected = detect_target(ambient->image, board.target);
+  if (!detected || white == nullptr || black == nullptr) return left_out;
   const cv::Mat mask = corner_hull(detected->pixels, white->image.size());
   cv::Mat difference;
   cv::subtract(white->image, black->image, difference, cv::noArray(), CV_32F);
   const cv::Mat lit = (difference > kBoardLit * full_scale) & mask;
   const double share = cv::countNonZero(lit) / std::max(1.0, static_cast<double>(cv::countNonZero(mask)));
-  if (share >= kLeastBoardLit) return {};
+  if (share >= kLeastBoardLit) return left_out;
   return {{Severity::error, where,
            fmt::format("the projector lights none of the board: {} is brighter than {} on {:.1f} % of its area; aim "
                        "the projector at the board",

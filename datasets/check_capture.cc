@@ -101,7 +101,8 @@ std::vector<Finding> check_station_board(const Capture& capture, const std::stri
     const BoardSpec& board = capture.boards[b];
     std::string where = where_of(camera, station.id);
     if (capture.boards.size() > 1) where += ", " + board.name;
-    for (const Finding& finding : check_board(shown, board, full_scale_of(shown), where)) findings.push_back(finding);
+    for (const Finding& finding : check_board(shown, board, station.boards.size(), full_scale_of(shown), where))
+      findings.push_back(finding);
   }
   return findings;
 }

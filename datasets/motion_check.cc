@@ -27,10 +27,24 @@ constexpr double kLeastMovedShare = 0.15;  // of the blocks that can tell
 constexpr std::size_t kFewestBlocks = 4;
 constexpr double kSaturated = 0.98;  // of full scale
 
+// In the order they were taken.
+using FramePair = std::pair<const ShownFrame*, const ShownFrame*>;
+
 struct PairSum {
-  std::string pattern, inverse;  // the frames' names
+  std::string first, second;  // the frames' names
   cv::Mat1f sum;
 };
+
+// White and black: where other frames were taken between them, they are of no one time.
+std::optional<FramePair> reference_pair(const std::vector<ShownFrame>& frames) {
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const ShownFrame &a = frames[i - 1], &b = frames[i];
+    const bool are_references = (a.content.kind == Kind::white && b.content.kind == Kind::black) ||
+                                (a.content.kind == Kind::black && b.content.kind == Kind::white);
+    if (are_references && !a.image.empty() && !b.image.empty()) return FramePair{&a, &b};
+  }
+  return std::nullopt;
+}
 
 // In the order they were taken.
 std::vector<PairSum> pair_sums(const std::vector<ShownFrame>& frames, double full_scale) {
@@ -39,18 +53,19 @@ std::vector<PairSum> pair_sums(const std::vector<ShownFrame>& frames, double ful
     if (frame.content.kind != Kind::stripes || frame.image.empty()) continue;
     shown[{frame.content.orientation, frame.content.bit, frame.content.inverted}] = &frame;
   }
-  std::vector<std::pair<const ShownFrame*, const ShownFrame*>> pairs;
+  std::vector<FramePair> pairs;
+  if (const auto references = reference_pair(frames)) pairs.push_back(*references);
   for (const auto& [key, frame] : shown) {
     const auto& [orientation, bit, inverted] = key;
     const auto inverse = shown.find({orientation, bit, true});
-    if (!inverted && inverse != shown.end()) pairs.emplace_back(frame, inverse->second);
+    if (!inverted && inverse != shown.end()) pairs.push_back(std::minmax(frame, inverse->second));
   }
   std::sort(pairs.begin(), pairs.end());  // frames lie in one array, in their order
   std::vector<PairSum> sums;
-  for (const auto& [pattern, inverse] : pairs) {
-    PairSum pair{pattern->name, inverse->name, {}};
-    cv::add(pattern->image, inverse->image, pair.sum, cv::noArray(), CV_32F);
-    const cv::Mat lost = (pattern->image >= kSaturated * full_scale) | (inverse->image >= kSaturated * full_scale);
+  for (const auto& [first, second] : pairs) {
+    PairSum pair{first->name, second->name, {}};
+    cv::add(first->image, second->image, pair.sum, cv::noArray(), CV_32F);
+    const cv::Mat lost = (first->image >= kSaturated * full_scale) | (second->image >= kSaturated * full_scale);
     pair.sum.setTo(std::numeric_limits<float>::quiet_NaN(), lost);
     sums.push_back(std::move(pair));
   }
@@ -96,9 +111,42 @@ std::optional<BlockShift> block_shift(const cv::Mat1f& from, const cv::Mat1f& to
   return BlockShift{std::abs(along), std::sqrt(variance / strongest)};
 }
 
+double shift_between(const std::vector<PairSum>& sums, std::size_t from, std::size_t to) {
+  return crumple::shift_between(sums[from].sum, sums[to].sum);
+}
+
 std::string moved(const PairSum& before, const PairSum& after, double shift_px, const std::string& how) {
-  return fmt::format("the rig or the object {} by about {:.2g} px between {} and {}", how, shift_px, before.pattern,
-                     after.inverse);
+  return fmt::format("the rig or the object {} by about {:.2g} px between {} and {}", how, shift_px, before.first,
+                     after.second);
+}
+
+// From one pair to the next, or over one that is of neither place.
+Motion step(const std::vector<PairSum>& sums, std::size_t before, std::size_t after, double shift_px) {
+  Motion motion{shift_px, moved(sums[before], sums[after], shift_px, "moved"), Motion::Seen::on_both_sides};
+  if (after > before + 1) {
+    motion.sentence += fmt::format(", in one push between {} and {} or over several frames", sums[before + 1].first,
+                                   sums[before + 1].second);
+  }
+  const bool at_start = before == 0, at_end = after + 1 == sums.size();
+  if ((!at_start && shift_between(sums, before - 1, after) <= 0) ||
+      (!at_end && shift_between(sums, before, after + 1) <= 0)) {
+    motion.seen = Motion::Seen::once;
+  } else if (at_start || at_end) {
+    motion.seen = Motion::Seen::at_an_end;
+  }
+  return motion;
+}
+
+// From the first pair to one that is far behind it: at once over a pair whose own sum fits neither neighbour, as where
+// a push exposed its fine stripes twice, or little by little.
+Motion hidden_step_or_creep(const std::vector<PairSum>& sums, std::size_t last, double shift_px) {
+  for (std::size_t i = 1; i + 1 < sums.size(); ++i) {
+    const double across_px = shift_between(sums, i - 1, i + 1);
+    if (across_px > 0.5 * shift_px) return step(sums, i - 1, i + 1, across_px);
+  }
+  const bool without_either = last > 1 && shift_between(sums, 1, last) > 0 && shift_between(sums, 0, last - 1) > 0;
+  return {shift_px, moved(sums[0], sums[last], shift_px, "crept"),
+          without_either ? Motion::Seen::on_both_sides : Motion::Seen::at_an_end};
 }
 
 }  // namespace
@@ -122,26 +170,35 @@ double shift_between(const cv::Mat1f& from, const cv::Mat1f& to) {
   return *middle;
 }
 
-std::vector<Finding> check_motion(const std::vector<ShownFrame>& frames, double full_scale, const std::string& where) {
+std::vector<Motion> find_motions(const std::vector<ShownFrame>& frames, double full_scale) {
   const std::vector<PairSum> sums = pair_sums(frames, full_scale);
-  std::vector<Finding> findings;
-  const auto add = [&](double shift_px, const std::string& sentence) {
-    findings.push_back({shift_px >= kError_px ? Severity::error : Severity::warning, where,
-                        sentence + (shift_px >= kError_px ? ": take the station again, or exclude it"
-                                                          : ": its points are the less certain for it")});
-  };
-  double steps_px = 0;
+  std::vector<Motion> motions;
   for (std::size_t i = 1; i < sums.size(); ++i) {
-    const double step_px = shift_between(sums[i - 1].sum, sums[i].sum);
+    const double step_px = shift_between(sums, i - 1, i);
     if (step_px <= 0) continue;
-    add(step_px, moved(sums[i - 1], sums[i], step_px, "moved"));
-    steps_px += step_px;
+    const bool goes_on = i + 1 < sums.size() && shift_between(sums, i, i + 1) > 0;
+    const double across_px = goes_on ? shift_between(sums, i - 1, i + 1) : 0;
+    if (across_px > 0) {
+      motions.push_back(step(sums, i - 1, i + 1, across_px));
+      ++i;
+    } else {
+      motions.push_back(step(sums, i - 1, i, step_px));
+    }
   }
-  for (std::size_t i = sums.size(); steps_px <= 0 && i-- > 1;) {
-    const double crept_px = shift_between(sums[0].sum, sums[i].sum);
-    if (crept_px <= 0) continue;
-    add(crept_px, moved(sums[0], sums[i], crept_px, "crept"));
-    break;
+  for (std::size_t i = sums.size(); motions.empty() && i-- > 1;) {
+    const double crept_px = shift_between(sums, 0, i);
+    if (crept_px > 0) motions.push_back(hidden_step_or_creep(sums, i, crept_px));
+  }
+  return motions;
+}
+
+std::vector<Finding> check_motion(const std::vector<ShownFrame>& frames, double full_scale, const std::string& where) {
+  std::vector<Finding> findings;
+  for (const Motion& motion : find_motions(frames, full_scale)) {
+    const bool useless = motion.shift_px >= kError_px;
+    findings.push_back({useless ? Severity::error : Severity::warning, where,
+                        motion.sentence + (useless ? ": take the station again, or exclude it"
+                                                   : ": its points are the less certain for it")});
   }
   return findings;
 }

@@ -1,6 +1,7 @@
 #include "datasets/sequence_check.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -107,19 +108,35 @@ class SequenceChecker {
                                "take it out, or mark it `unused` in `frames`",
                                alternatives(verdict.involved)));
       case OrderFault::bad_frame:
-        for (const std::size_t frame : verdict.involved) describe_bad_frame(frame);
-        return;
+        return describe_bad_frames(verdict.involved);
       case OrderFault::unclear:
-        if (was_pushed()) return;
-        return add(Severity::error,
-                   fmt::format("the frames do not show what the description says, and no simple exchange explains it; "
-                               "those that fit worst are {}; compare `patterns` and `frames` with what was projected",
-                               alternatives(verdict.involved)));
+        return describe_unclear(verdict.involved);
     }
   }
 
-  // A push between two pairs shows once. Frames in wrong places differ from what stands before and after them.
-  bool was_pushed() const { return check_motion(frames_, setup_.full_scale, setup_.where).size() == 1; }
+  // A push shows once, and lasts. Frames in wrong places differ from what stands before and after them.
+  std::optional<Motion> push() const {
+    const std::vector<Motion> motions = find_motions(frames_, setup_.full_scale);
+    if (motions.size() != 1 || motions.front().seen == Motion::Seen::once) return std::nullopt;
+    return motions.front();
+  }
+
+  // Says nothing of a push that the images tell from what else it could be: check_motion does.
+  void describe_push(const Motion& motion, const std::string& otherwise) {
+    if (motion.seen == Motion::Seen::on_both_sides) return;
+    add(Severity::error,
+        fmt::format("either {}, or {}: take the station again, or exclude it", motion.sentence, otherwise));
+  }
+
+  void describe_unclear(const std::vector<std::size_t>& worst) {
+    if (const auto motion = push()) return describe_push(*motion, "the frames are not those that are described");
+    add(Severity::error,
+        fmt::format("the frames do not show what the description says, and no simple exchange explains it: either they "
+                    "are others or in another order, or the rig or the object moved too far to be measured; those that "
+                    "fit worst are {}; compare `patterns` and `frames` with what was projected, and where they agree "
+                    "take the station again",
+                    alternatives(worst)));
+  }
 
   void describe_exchange(std::size_t a, std::size_t b) {
     const FrameContent& first = contents_[a];
@@ -134,17 +151,37 @@ class SequenceChecker {
     }
   }
 
-  void describe_bad_frame(std::size_t frame) {
-    std::string why = "take the station again";
-    if (statistics_.dark_share[frame] > 0.98) why = "it is dark all over; " + why;
-    if (statistics_.dark_share[frame] < 0.02) why = "it is lit all over; " + why;
+  void describe_bad_frames(const std::vector<std::size_t>& frames) {
+    std::vector<std::string> unexplained;
+    for (const std::size_t frame : frames) {
+      if (what_it_shows(frame).empty()) unexplained.push_back(words(frame));
+    }
+    if (unexplained.size() == frames.size()) {
+      const char* const show = frames.size() == 1 ? "shows" : "show";
+      const std::string others = fmt::format("{} {} something else", fmt::join(unexplained, " and "), show);
+      if (const auto motion = push()) return describe_push(*motion, others);
+    }
+    for (const std::size_t frame : frames) {
+      const std::string shown = what_it_shows(frame);
+      const std::string why = shown.empty() ? "either another image stands there, or the rig or the object moved about "
+                                              "then, too far to be measured"
+                                            : shown;
+      add(Severity::error,
+          fmt::format("{} does not show what it should: {}; take the station again", words(frame), why));
+    }
+  }
+
+  // Empty where that cannot be said.
+  std::string what_it_shows(std::size_t frame) const {
+    if (statistics_.dark_share[frame] > 0.98) return "it is dark all over";
+    if (statistics_.dark_share[frame] < 0.02) return "it is lit all over";
     for (std::size_t other = 0; other < contents_.size(); ++other) {
       const bool stripes = contents_[other].kind == Kind::stripes && contents_[frame].kind == Kind::stripes;
       if (other != frame && stripes && correlation(frame, other) > kSame) {
-        why = fmt::format("it shows the same as {}; take the station again", names_[other]);
+        return fmt::format("it shows the same as {}", names_[other]);
       }
     }
-    add(Severity::error, fmt::format("{} does not show what it should: {}", words(frame), why));
+    return {};
   }
 
   double correlation(std::size_t a, std::size_t b) const {

@@ -4,8 +4,10 @@
 // its inverse must complement each other, white and black must be lit and dark. Each of these is a term between -1 and
 // 1. Where the order as described violates terms, other orders are tried (a pair swapped, two frames exchanged, a frame
 // dropped or repeated with the later ones shifted, inverses first, finest bit first, one bad frame) and the simplest
-// that violates none is named. Where none does and the frames are of two places, as after a push (motion_check.h), the
-// order is not to blame and nothing is said.
+// that violates none is named. Where single frames are bad for no reason that can be seen, or no order explains them,
+// and the frames are of two places, as after a push (motion_check.h), the order is not to blame and nothing is said.
+// Where the push would be in the first or the last pair, or further than shifts can be measured, it cannot be told from
+// another image, and both are named.
 //
 // The coarsest bit has no coarser one to be checked by. With two orientations or more its sign follows from handedness
 // (camera and projector look at the same side of the scene, so the map between their pixels does not mirror), and from

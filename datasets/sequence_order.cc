@@ -231,10 +231,12 @@ class Search {
 
   OrderVerdict shifts(OrderFault fault, int shift) const {
     std::vector<double> penalties;
-    for (std::size_t first = 0; first < described_.size(); ++first) {
+    // From the last frame on, a shift is no more than that frame's being bad.
+    for (std::size_t first = 0; first + 1 < described_.size(); ++first) {
       penalties.push_back(score_.penalty(shifted(described_, first, shift)));
     }
     OrderVerdict verdict{fault, {}};
+    if (penalties.empty()) return verdict;
     const double least = *std::min_element(penalties.begin(), penalties.end());
     for (std::size_t first = 0; first < penalties.size() && least <= enough_; ++first) {
       if (penalties[first] <= least + kTie) verdict.involved.push_back(first);

@@ -102,6 +102,20 @@ TEST(DetectBoard, RefusesWhatIsAmbiguous) {
   const auto cut = detect_grid(place(drawing(13, 6), 0, 0.9, {0, 0}, {460, 480}).image, 13, 6);
   ASSERT_FALSE(cut);
   EXPECT_NE(cut.error().message.find("cannot be told"), std::string::npos) << cut.error().message;
+  EXPECT_NE(cut.error().message.find("has no markers: show it whole, or cut off by the image's border at one end only"),
+            std::string::npos)
+      << cut.error().message;
+  // Cut off at two sides, so that a part is left that fits the board either way round.
+  const auto corner = detect_grid(place(drawing(9, 6), 0.05, 0.9, {150, 140}, {500, 480}).image, 9, 6);
+  ASSERT_FALSE(corner);
+  EXPECT_NE(corner.error().message.find("of the board's 9 x 6, and it cannot be told which: it has no markers"),
+            std::string::npos)
+      << corner.error().message;
+  // Too little of it to be found at all.
+  const auto little = detect_grid(place(drawing(9, 6), 0.05, 0.9, {260, 220}, {500, 480}).image, 9, 6);
+  ASSERT_FALSE(little);
+  EXPECT_NE(little.error().message.find("a part without markers cannot be told from another"), std::string::npos)
+      << little.error().message;
   EXPECT_FALSE(detect_grid(drawing(6, 6), 6, 6));
   EXPECT_FALSE(detect_grid(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), 9, 6));
 }

@@ -89,6 +89,17 @@ TEST(DetectDots, AreReadFromAnySide) {
   EXPECT_LT(errors_of(*found, board_of(kStaggered), turned).worst, 0.2);
 }
 
+// Without markers it has no origin.
+TEST(DetectDots, APartIsLeftOutWithAReasonThatSaysSo) {
+  Pose pose = drawing_pose(kDots, 480, {0.1, 0, 0});
+  pose.translation.x() += 170;
+  const auto found = detect_target(picture_of(kDots, pose), kDots);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message,
+              HasSubstr("no grid of 9 x 7 dots found: all of it must be in view, for a part without markers cannot be "
+                        "told from another"));
+}
+
 class CodedTarget : public testing::TestWithParam<Target> {};
 
 TEST_P(CodedTarget, SurvivesOcclusionAndTheImagesBorder) {

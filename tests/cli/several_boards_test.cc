@@ -21,7 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::UnorderedElementsAre;
 
 const std::string kBoardsScene = CRUMPLE_SOURCE_DIR "/tests/data/scenes/several_boards.yaml";
@@ -134,7 +136,8 @@ TEST(SeveralBoards, EachIsUsedWhereItIs) {
   }
 }
 
-// Beside another board, what is seen of a chessboard's part could be that one's; alone it is used.
+// Beside another board, what is seen of a chessboard's part could be that one's; alone it is used. A check says the
+// same.
 TEST(SeveralBoards, APartWithoutMarkersIsLeftOutBesideAnother) {
   const BoardPairs& pairs = BoardPairs::get();
   const TemporaryFolder home;
@@ -144,12 +147,29 @@ TEST(SeveralBoards, APartWithoutMarkersIsLeftOutBesideAnother) {
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return json::parse(run.out);
   };
+  // What a check says of views that it would not use.
+  const auto left_out = [&](const std::string& in_view) {
+    const ProgramRun run = pairs.run("check", kThreeBoards, kStations + "  - {id: part, boards: [" + in_view + "]}\n");
+    const json report = json::parse(run.out);
+    std::vector<std::string> all;
+    for (const json& finding : report["findings"]) {
+      const auto text = [&](const char* key) { return finding[key].get<std::string>(); };
+      if (text("sentence").find("will not be used") == std::string::npos) continue;
+      all.push_back(text("severity") + ": " + text("where") + ": " + text("sentence"));
+    }
+    return all;
+  };
   const json beside = calibrate("tags, squares", "beside");
   ASSERT_EQ(beside["skipped"].size(), 1U) << beside["skipped"];
   EXPECT_EQ(beside["skipped"][0]["station"], "part/squares");
   EXPECT_EQ(beside["skipped"][0]["sensor"], "cam0");
   EXPECT_THAT(beside["skipped"][0]["reason"].get<std::string>(), HasSubstr("could be part of another board"));
   EXPECT_EQ(beside["placements"], kMiddles_mm.size() + 1);  // that of the board with markers
+  EXPECT_THAT(
+      left_out("tags, squares"),
+      ElementsAre("warning: station part, camera cam0, squares: the board's view in part.png will not be used: " +
+                  beside["skipped"][0]["reason"].get<std::string>() + "."));
+  EXPECT_THAT(left_out("squares"), IsEmpty());
   const json alone = calibrate("squares", "alone");
   EXPECT_TRUE(alone["skipped"].empty()) << alone["skipped"];
   EXPECT_EQ(alone["placements"], kMiddles_mm.size() + 1);

@@ -187,7 +187,7 @@ TEST(BoardCheck, NoticesABoardTheProjectorDoesNotLight) {
   const auto findings = [&] {
     return check_board({{{FrameContent::Kind::white, 0, 0, false}, "w.png", white},
                         {{FrameContent::Kind::black, 0, 0, false}, "k.png", black}},
-                       board, 255, "here");
+                       board, 1, 255, "here");
   };
   EXPECT_TRUE(findings().empty());
   // Room light shows the board; the projector lights the margin only.
@@ -201,10 +201,10 @@ TEST(BoardCheck, NoticesABoardTheProjectorDoesNotLight) {
 TEST(BoardCheck, WarnsWhereNoBoardIsFound) {
   const cv::Mat grey(300, 400, CV_8U, cv::Scalar(90));
   const auto findings = check_board({{{FrameContent::Kind::ambient, 0, 0, false}, "a.png", grey}},
-                                    {"board", {8, 5, 10}, {}}, 255, "here");
+                                    {"board", {8, 5, 10}, {}}, 1, 255, "here");
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].severity, Severity::warning);
-  EXPECT_THAT(findings[0].sentence, HasSubstr("the board is not found in a.png"));
+  EXPECT_THAT(findings[0].sentence, HasSubstr("the board's view in a.png will not be used: no chessboard with 8 x 5"));
 }
 
 TEST(ExposureCheck, KnowsTheScaleOfDeepImages) {
