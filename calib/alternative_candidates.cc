@@ -26,7 +26,11 @@ using Columns = ScoreTester::Columns;
 class CandidateMaker {
  public:
   CandidateMaker(const CalibrationData& data, const Calibration& calibration, const ScoreTester& tester)
-      : data_(data), calibration_(calibration), state_(calibration.bundle.state), tester_(tester) {}
+      : data_(data), calibration_(calibration), state_(calibration.bundle.state), tester_(tester) {
+    for (const MeasuredScale& size : measured_scales(calibration.priors, calibration.bundle)) {
+      if (size.determined) measured_.insert(size.board);
+    }
+  }
 
   std::vector<AlternativeCandidate> make() {
     for (std::size_t l = 0; l < state_.rig.leds.size(); ++l) add_moved_led(l);
@@ -314,8 +318,8 @@ class CandidateMaker {
                "--warp=on",
                subject, height_range(outcome.estimate));
          }});
-    // Beside a bar or certified boards a size without a certificate is measured.
-    if (!scale_is_measured(calibration_.priors, b)) {
+    // Where the size was measured beside bars and certified boards, the verdict holds it against the stated one.
+    if (!measured_.contains(b)) {
       made_.push_back(
           {AlternativeKind::size, subject,
            over_board(b, 1,
@@ -368,6 +372,7 @@ class CandidateMaker {
   const Calibration& calibration_;
   const CalibrationState& state_;
   const ScoreTester& tester_;
+  std::set<std::size_t> measured_;  // boards
   std::vector<AlternativeCandidate> made_;
 };
 

@@ -137,6 +137,12 @@ Expected<AlternativeTests> test_alternatives(const CalibrationData& data, const 
     }
     promising = std::move(left);
   }
+  for (const Tested& left : promising) {
+    const AlternativeCandidate& candidate = candidates[left.candidate];
+    std::vector<std::string>& lenses = result.further_lenses;
+    if (candidate.kind != AlternativeKind::lens) continue;
+    if (std::find(lenses.begin(), lenses.end(), candidate.subject) == lenses.end()) lenses.push_back(candidate.subject);
+  }
   return result;
 }
 

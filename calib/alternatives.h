@@ -54,6 +54,8 @@ struct AlternativeTests {
   std::vector<SizeLimit> size_limits;  // of the others
   std::vector<std::string> tested_lenses;
   std::vector<Alternative> found;  // the most obvious first
+  // Lenses that further terms would describe better as well; of more than three faults not all are found.
+  std::vector<std::string> further_lenses;
 };
 
 // `data` and `calibration` belong together. Fails where the refinement's equations have no inverse.

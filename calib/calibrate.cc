@@ -130,10 +130,22 @@ bool knows_led(const Rig& rig, const std::string& name) {
   return std::any_of(rig.leds.begin(), rig.leds.end(), [&](const Led& led) { return led.name == name; });
 }
 
+// Sensors, LEDs and boards' sizes, what was not observed among them.
+std::set<BlockId> parts_of(const CalibrationState& state) {
+  std::set<BlockId> parts;
+  for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
+    if (!state.rig.sensors[s].lens_of) parts.insert({BlockId::Kind::lens, s});
+    parts.insert({BlockId::Kind::mount, s});
+  }
+  for (std::size_t l = 0; l < state.rig.leds.size(); ++l) parts.insert({BlockId::Kind::led, l});
+  for (std::size_t b = 0; b < state.boards.size(); ++b) parts.insert({BlockId::Kind::scale, b});
+  return parts;
+}
+
 // What an earlier rig knows; certificates only of boards and bars that it does not.
 Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlier, const CalibrationState& start,
                            BundleOptions& options) {
-  auto known = rig_prior(without_bars(earlier.rig, data), start, data.observations);
+  auto known = rig_prior(without_bars(earlier.rig, data), start, data.observations, {}, parts_of(start));
   if (!known) return tl::unexpected(known.error());
   options.priors.push_back(std::move(known->prior));
   options.held.insert(known->held.begin(), known->held.end());
@@ -225,6 +237,9 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   calibration->priors = bundle_options.priors;
   add_weighting(data.observations, bundle_options, *calibration);
   calibration->scale = scale_uncertainty(data, calibration->bundle);
+  if (!calibration->scale && options.earlier) {
+    calibration->scale = scale_uncertainty(options.earlier->rig.covariance);
+  }
   calibration->earlier = options.earlier;
   return calibration;
 }

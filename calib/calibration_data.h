@@ -22,7 +22,8 @@ struct CalibrationData {
   Observations observations;
   std::vector<PixelPairs> pairs;                // for the projectors' start
   std::vector<std::string> station_names = {};  // of a probe that is moved about; none where it stands still
-  std::vector<Led> leds = {};                   // positions are not used
+  // Positions are not used. LEDs that nothing shows may be there where an earlier rig knows them.
+  std::vector<Led> leds = {};
   std::vector<ScaleBar> bars = {};
 };
 

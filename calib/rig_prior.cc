@@ -68,11 +68,13 @@ Expected<void> check_frames(const CalibrationState& state, const std::map<std::s
   return {};
 }
 
-std::set<BlockId> stations_that_leds_fix(const CalibrationState& state, const Prior& prior) {
+std::set<BlockId> stations_that_leds_fix(const CalibrationState& state, const Prior& prior,
+                                         const std::set<BlockId>& touched) {
   const bool any_sensor = std::any_of(state.rig.sensors.begin(), state.rig.sensors.end(),
                                       [](const Sensor& sensor) { return sensor.mount == Mount::probe; });
   const bool any_led = std::any_of(prior.blocks().begin(), prior.blocks().end(), [&](const BlockId& block) {
-    return block.kind == BlockId::Kind::led && state.rig.leds[block.index].mount == Mount::probe;
+    return block.kind == BlockId::Kind::led && touched.contains(block) &&
+           state.rig.leds[block.index].mount == Mount::probe;
   });
   std::set<BlockId> freed;
   for (std::size_t s = 0; !any_sensor && any_led && s < state.world_from_probe.size(); ++s) {
@@ -84,7 +86,7 @@ std::set<BlockId> stations_that_leds_fix(const CalibrationState& state, const Pr
 }  // namespace
 
 Expected<RigPrior> rig_prior(const Rig& rig, const CalibrationState& state, const Observations& observations,
-                             const std::set<BlockId>& unknown) {
+                             const std::set<BlockId>& unknown, const std::set<BlockId>& carried) {
   if (rig.covariance.names.empty()) {
     return fail("the rig has no covariance, so nothing says how far it may be corrected: calibrate it anew");
   }
@@ -98,7 +100,10 @@ Expected<RigPrior> rig_prior(const Rig& rig, const CalibrationState& state, cons
   std::vector<PriorTerm> terms;
   std::vector<int> rows;
   std::set<BlockId> held;
-  for (const BlockId& block : touched_blocks(observations, *about)) {
+  const std::set<BlockId> touched = touched_blocks(observations, *about);
+  std::set<BlockId> blocks = touched;
+  blocks.insert(carried.begin(), carried.end());
+  for (const BlockId& block : blocks) {
     if (unknown.contains(block)) continue;
     const bool of_board = block.kind == BlockId::Kind::scale;
     const std::string& owner = of_board                           ? about->boards[block.index].name
@@ -119,7 +124,7 @@ Expected<RigPrior> rig_prior(const Rig& rig, const CalibrationState& state, cons
   const Eigen::MatrixXd covariance = rig.covariance.matrix(rows, rows);
   auto prior = Prior::create(kRigPrior, std::move(terms), *about, covariance);
   if (!prior) return tl::unexpected(prior.error());
-  std::set<BlockId> freed = stations_that_leds_fix(*about, *prior);
+  std::set<BlockId> freed = stations_that_leds_fix(*about, *prior, touched);
   return RigPrior{std::move(*about), std::move(*prior), std::move(held), std::move(freed)};
 }
 

@@ -2,10 +2,11 @@
 // correct it, and neither is believed beyond its uncertainty.
 //
 // Sensors, LEDs and boards are matched by name. The prior is about those parameters that the observations touch,
-// boards' scales among them, about what the given state has; the rest of the covariance (boards' warp, sensors that are
-// not used) is left out of it, which is to be uncertain of them, not to hold them. What the rig knows without a row in
-// its covariance is exact: `held`. Sensors and LEDs that the rig does not have are neither: they are estimated from the
-// observations alone.
+// boards' scales among them, about what the given state has; the rest of the covariance (boards' warp, what is not in
+// use) is left out of it, which is to be uncertain of it, not to hold it. What is to stay in the rig though nothing
+// shows it is `carried`: the prior is about it too, and the refinement gives it what follows for it from the others.
+// What the rig knows without a row in its covariance is exact: `held`. Sensors and LEDs that the rig does not have are
+// neither: they are estimated from the observations alone.
 #pragma once
 
 #include <set>
@@ -31,6 +32,6 @@ struct RigPrior {
 // positive definite.
 // Of `unknown` blocks the rig is taken to know nothing.
 Expected<RigPrior> rig_prior(const Rig& rig, const CalibrationState& state, const Observations& observations,
-                             const std::set<BlockId>& unknown = {});
+                             const std::set<BlockId>& unknown = {}, const std::set<BlockId>& carried = {});
 
 }  // namespace crumple

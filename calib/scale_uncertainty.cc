@@ -4,11 +4,12 @@
 #include <cmath>
 #include <set>
 
+#include "solvers/parameters.h"
+
 namespace crumple {
 namespace {
 
 constexpr double kWithoutCertificate = 0.05;  // of its size
-constexpr const char* kWeakScale = "scale.weak";
 
 std::set<std::size_t> used(const std::vector<std::size_t>& board_of) { return {board_of.begin(), board_of.end()}; }
 
@@ -46,11 +47,21 @@ std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationSt
   return priors;
 }
 
-bool scale_is_measured(const std::vector<Prior>& priors, std::size_t board) {
-  return std::any_of(priors.begin(), priors.end(), [&](const Prior& prior) {
-    const std::vector<BlockId>& blocks = prior.blocks();
-    return prior.name() == kWeakScale && std::find(blocks.begin(), blocks.end(), scale_of(board).block) != blocks.end();
-  });
+std::vector<MeasuredScale> measured_scales(const std::vector<Prior>& priors, const BundleResult& bundle) {
+  std::set<std::string> undetermined;
+  for (const Undetermined& direction : bundle.undetermined) {
+    if (direction.prior == kWeakScale) undetermined.insert(direction.terms.begin(), direction.terms.end());
+  }
+  std::vector<MeasuredScale> scales;
+  for (const Prior& prior : priors) {
+    if (prior.name() != kWeakScale) continue;
+    for (const BlockId& block : prior.blocks()) {
+      scales.push_back({block.index, bundle.state.boards[block.index].scale,
+                        std::sqrt(bundle.covariance.of({block}, bundle.state)(0, 0)),
+                        !undetermined.contains(parameter_names(block, bundle.state).front())});
+    }
+  }
+  return scales;
 }
 
 std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle) {
@@ -59,7 +70,7 @@ std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, c
     if (data.boards[b].certificate) missing.push_back(missing_in(*data.boards[b].certificate, data.temperature));
   }
   for (const ScaleBar& bar : data.bars) missing.push_back(missing_in(bar.certificate, data.temperature));
-  if (missing.empty()) return std::nullopt;
+  if (missing.empty() || data.board_of.empty()) return std::nullopt;
   ScaleUncertainty largest;
   for (const std::string& lacks : missing) {
     if (largest.missing.empty()) largest.missing = lacks;
@@ -67,6 +78,17 @@ std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, c
   for (const std::size_t b : used(data.board_of)) {
     const double variance = bundle.covariance.of({scale_of(b).block}, bundle.state)(0, 0);
     largest.relative = std::max(largest.relative, std::sqrt(variance));
+  }
+  return largest;
+}
+
+std::optional<ScaleUncertainty> scale_uncertainty(const RigCovariance& covariance) {
+  std::optional<ScaleUncertainty> largest;
+  for (std::size_t i = 0; i < covariance.names.size(); ++i) {
+    if (!covariance.names[i].ends_with(".scale")) continue;
+    const auto row = static_cast<Eigen::Index>(i);
+    const double relative = std::sqrt(covariance.matrix(row, row));
+    if (!largest || relative > largest->relative) largest = {relative, ""};
   }
   return largest;
 }

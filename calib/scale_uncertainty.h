@@ -27,14 +27,28 @@ struct ScaleUncertainty {
   std::string missing;  // what it does not contain, in words; empty where it is complete
 };
 
-// Named "certificates", "scale.weak" and after the bars; empty where no board that was used has a certificate and there
+inline constexpr const char* kWeakScale = "scale.weak";  // the weak prior's name
+
+// Named "certificates", kWeakScale and after the bars; empty where no board that was used has a certificate and there
 // is no bar. `start` has the scales that they are about.
 std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationState& start);
 
-// Whether a board's size is a parameter that its own certificate tells nothing of: bars and other boards do.
-bool scale_is_measured(const std::vector<Prior>& priors, std::size_t board);
+// Of a board whose size is a parameter that its own certificate tells nothing of: bars and other boards do.
+struct MeasuredScale {
+  std::size_t board = 0;
+  double scale = 1;        // true over nominal size
+  double sigma = 0;        // standard uncertainty
+  bool determined = true;  // by observations that tie the board to them; else only the weak prior holds it
+};
 
-// Of the boards that were used, the largest after the refinement; none where it is not known.
+// The boards of the weak prior, in its order.
+std::vector<MeasuredScale> measured_scales(const std::vector<Prior>& priors, const BundleResult& bundle);
+
+// Of the boards that were used, the largest after the refinement; none without any, and where no certificate and no bar
+// tells it.
 std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle);
+
+// That the lengths of a calibrated rig contain, by its covariance; what it lacks is not kept there.
+std::optional<ScaleUncertainty> scale_uncertainty(const RigCovariance& covariance);
 
 }  // namespace crumple

@@ -14,6 +14,7 @@
 #include "calib/moved_sensor.h"
 #include "calib/regional_tests.h"
 #include "calib/rig_prior.h"
+#include "calib/scale_uncertainty.h"
 #include "calib/unseen_parts.h"
 #include "calib/volume_coverage.h"
 #include "solvers/decompositions.h"
@@ -39,6 +40,11 @@ constexpr double kUnknownThere_px = 1;  // projection uncertainty of a part of t
 constexpr double kFinePitch = 5e-4;     // good boards are made to that; what would not show beyond it is said
 constexpr double kWorseThere = 3;       // than where it was
 constexpr double kVolumeCovered = 0.5;
+// Printers and the moisture of paper change a pitch by a few tenths of a per cent; one that was typed wrong, or printed
+// to fit the page, is as a rule off by one per cent or more.
+constexpr double kPrintedPitch = 5e-3;
+constexpr double kPitchSigmas = 4;  // beyond which a measured pitch is not the stated one: by chance once in 16,000
+constexpr double kFourOfFive = 0.8;
 
 const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view) {
   return *std::find_if(bundle.groups.begin(), bundle.groups.end(), [&](const GroupSummary& group) {
@@ -316,11 +322,27 @@ void note_scale(const Calibration& calibration, std::vector<std::string>& notes)
   }
 }
 
-std::vector<std::string> notes_on(const BundleResult& bundle) {
+void note_untied_boards(const Calibration& calibration, std::vector<std::string>& notes) {
+  std::vector<std::string> names;
+  for (const MeasuredScale& size : measured_scales(calibration.priors, calibration.bundle)) {
+    if (!size.determined) names.push_back(fmt::format("'{}'", calibration.bundle.state.boards[size.board].name));
+  }
+  if (names.empty()) return;
+  notes.push_back(
+      fmt::format("the observations do not tie the size of board {} to bars or certified boards: only a weak prior "
+                  "holds it; show it to sensors that see one of these too and are fixed to each other, or state its "
+                  "certificate",
+                  fmt::join(names, ", ")));
+}
+
+std::vector<std::string> notes_on(const Calibration& calibration) {
   constexpr std::size_t kNamed = 6;
+  const BundleResult& bundle = calibration.bundle;
   std::vector<std::string> notes;
   note_bent_boards(bundle, notes);
+  note_untied_boards(calibration, notes);
   for (const Undetermined& undetermined : bundle.undetermined) {
+    if (undetermined.prior == kWeakScale) continue;
     const std::size_t named = std::min(kNamed, undetermined.terms.size());
     const std::vector<std::string> terms(undetermined.terms.begin(),
                                          undetermined.terms.begin() + static_cast<std::ptrdiff_t>(named));
@@ -334,6 +356,34 @@ std::vector<std::string> notes_on(const BundleResult& bundle) {
             : fmt::format(", which trade places with {}", fmt::join(undetermined.partners, ", "))));
   }
   return notes;
+}
+
+// A pitch beside bars or certified boards is measured, and a wrong one leaves no trace in the residuals. What a printer
+// may have made of it is a note.
+void judge_pitches(const CalibrationData& data, const Calibration& calibration, std::vector<std::string>& faults,
+                   std::vector<std::string>& notes) {
+  for (const MeasuredScale& size : measured_scales(calibration.priors, calibration.bundle)) {
+    if (!size.determined) continue;
+    const BoardSpec& board = data.boards[size.board];
+    const double off = size.scale - 1;
+    if (std::abs(off) <= kPitchSigmas * size.sigma) {
+      const double detectable = size.sigma * std::sqrt(noncentrality_seen(kPitchSigmas * kPitchSigmas, 1, kFourOfFive));
+      if (detectable < kPrintedPitch) continue;
+      notes.push_back(
+          fmt::format("a wrong pitch would show from {:.2g} % on of board '{}'", 100 * detectable, board.name));
+    } else if (std::abs(off) >= kFinePitch) {
+      const double stated_mm = board.target.pitch_mm, u_mm = size.sigma * stated_mm;
+      const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(std::max(u_mm, 1e-9)))));
+      const bool mistaken = std::abs(off) >= kPrintedPitch;
+      (mistaken ? faults : notes)
+          .push_back(fmt::format("the pitch of board '{}' is off by {:+.3g} %: {:.6g} mm is stated, and measured by "
+                                 "bars and certificates it "
+                                 "is {:.{}f} mm (u = {:.2g} mm); {}",
+                                 board.name, 100 * off, stated_mm, size.scale * stated_mm, decimals, u_mm,
+                                 mistaken ? "correct it, or the length that is wrong of a bar or certificate"
+                                          : "a printer may do that, and what was measured counts"));
+    }
+  }
 }
 
 // What the search for a wrong pitch could not see.
@@ -361,7 +411,12 @@ void note_lenses(const AlternativeTests& tests, Verdict& verdict) {
     const bool found = std::any_of(tests.found.begin(), tests.found.end(), [&](const Alternative& a) {
       return a.kind == AlternativeKind::lens && a.subject == lens;
     });
-    if (!found) enough.push_back(lens);
+    const auto& further = tests.further_lenses;
+    if (!found && std::find(further.begin(), further.end(), lens) == further.end()) enough.push_back(lens);
+  }
+  if (!tests.further_lenses.empty()) {
+    verdict.notes.push_back(
+        fmt::format("a richer model would describe {} better as well", fmt::join(tests.further_lenses, ", ")));
   }
   if (enough.empty()) return;
   verdict.notes.push_back(
@@ -383,7 +438,7 @@ Verdict judge(const Calibration& calibration) {
   judge_groups(calibration.bundle, verdict.reasons);
   judge_geometry(calibration, verdict);
   if (calibration.earlier) judge_earlier(calibration, verdict.reasons);
-  verdict.notes = notes_on(calibration.bundle);
+  verdict.notes = notes_on(calibration);
   verdict.ok = verdict.reasons.empty();
   return verdict;
 }
@@ -398,6 +453,7 @@ Verdict judge(const CalibrationData& data, const Calibration& calibration, int t
                                   [](const Alternative& a) { return a.kind == AlternativeKind::place; });
   const auto moved = verdict.ok && !elsewhere ? std::nullopt : find_moved_sensor(data, calibration, threads);
   if (moved) faults.push_back(moved->sentence);
+  judge_pitches(data, calibration, faults, verdict.notes);
   if (!alternatives) {
     verdict.notes.push_back("faults were not looked for: " + alternatives.error().message);
   } else {
@@ -409,7 +465,8 @@ Verdict judge(const CalibrationData& data, const Calibration& calibration, int t
   }
   verdict.reasons.insert(verdict.reasons.begin(), faults.begin(), faults.end());
   judge_images(data.observations, calibration, verdict);
-  note_volume(data.observations, calibration.bundle, verdict.notes);
+  // An earlier rig saw boards of its own.
+  if (!calibration.earlier) note_volume(data.observations, calibration.bundle, verdict.notes);
   note_scale(calibration, verdict.notes);
   verdict.ok = verdict.reasons.empty();
   return verdict;

@@ -12,16 +12,19 @@
 // With the data at hand also where an alternative to the model explains the residuals better (calib/alternatives.h), or
 // a tracker was moved by more than such a test reaches (calib/moved_sensor.h), or no observation lies in a ninth of a
 // camera's image, or of the panel that a camera sees, and what is seen there is not known to a pixel
-// (calib/unseen_parts.h; noted where it is known three times worse than elsewhere, and of trackers).
+// (calib/unseen_parts.h; noted where it is known three times worse than elsewhere, and of trackers), or the pitch of a
+// board without a certificate, measured by bars or certified boards, is not the stated one: by more than four of its
+// standard uncertainties and by 0.5 %, which is more than printers make (noted from 0.05 % on).
 //
 // With cross-validation also where leaving out some of the views changes the result by more than twice what its
 // uncertainty says (calib/fold_differences.h).
 //
 // Noted, without being suspect: lens terms that only a weak prior holds. What the calibration predicts within the
 // observations' reach does not depend on them, but their values mean nothing. And boards whose size nothing could
-// contradict: a wrong pitch would not show. And residuals that form a pattern over an image (calib/regional_tests.h); a
-// measuring volume that boards covered less than half of, or that is shallow (calib/volume_coverage.h); a scale whose
-// uncertainty is unknown or not complete; the lenses that no richer model would describe better.
+// contradict: a wrong pitch would not show. And boards without a certificate that nothing ties to bars or certified
+// boards. And residuals that form a pattern over an image (calib/regional_tests.h); a measuring volume that boards
+// covered less than half of, or that is shallow (calib/volume_coverage.h); a scale whose uncertainty is unknown or not
+// complete; the lenses that no richer model would describe better.
 //
 // rejected where numbers are to be used by nobody: a lens whose focal length is not known to 10 %, views beyond the
 // noise where a quarter or more of all views are such.

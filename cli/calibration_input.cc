@@ -68,20 +68,9 @@ void look(const Capture& capture, const SensorSpec& camera, Sight& sight) {
     return;
   }
   for (const std::size_t board : sight.station->boards) {
-    sight.boards.push_back({board, detect_target(*image, capture.boards[board].target)});
+    sight.boards.push_back(
+        {board, detect_target_among(*image, capture.boards[board].target, sight.station->boards.size())});
   }
-}
-
-// A part of a chessboard could as well be part of another board.
-Expected<DetectedBoard> told_from_others(const Expected<DetectedBoard>& found, const BoardSpec& board,
-                                         const Station& station) {
-  const bool may_be_another = station.boards.size() > 1 && !is_coded(board.target.kind);
-  if (!found || !may_be_another) return found;
-  const int seen = static_cast<int>(found->corners.size()) + found->unrefined;
-  if (seen < board_of(board.target).point_count()) {
-    return fail("only part of it is seen, which could be part of another board: use coded boards, or show it whole");
-  }
-  return found;
 }
 
 // Before the probe alone a board is somewhere else at each station, wherever it stays in the world.
@@ -239,7 +228,7 @@ Expected<void> add_projector(const Capture& capture, ProjectorSource source, int
 void add_corners(const Capture& capture, const Sight& sight, const BoardSight& seen, CalibrationInput& input) {
   const std::string& camera = input.data.sensors[sight.sensor].name;
   const std::string name = placement_name(capture, *sight.station, seen.board, input.data.sensors);
-  const auto found = told_from_others(seen.found, capture.boards[seen.board], *sight.station);
+  const Expected<DetectedBoard>& found = seen.found;
   if (!found) {
     input.skipped.push_back({name, camera, found.error().message, false});
     return;
@@ -266,7 +255,8 @@ void add_corners(const Capture& capture, const Sight& sight, const BoardSight& s
 }  // namespace
 
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
-                                                  ProjectorSource source, int threads, NeedsBoards needs_boards) {
+                                                  ProjectorSource source, int threads, NeedsBoards needs_boards,
+                                                  const std::vector<Led>& earlier_leds) {
   if (capture.boards.empty() && needs_boards == NeedsBoards::yes) {
     return fail(fmt::format("{} describes no board: a calibration needs one", capture.description.string()));
   }
@@ -304,7 +294,7 @@ Expected<CalibrationInput> read_calibration_input(const Capture& capture, const 
     for (const BoardSight& seen : sight.boards) add_corners(capture, sight, seen, input);
   }
   input.data.observations.placement_count = input.data.placement_names.size();
-  if (auto read = read_leds(capture, threads, input); !read) return tl::unexpected(read.error());
+  if (auto read = read_leds(capture, earlier_leds, threads, input); !read) return tl::unexpected(read.error());
   if (auto added = add_projector(capture, source, threads, input); !added) return tl::unexpected(added.error());
   return input;
 }

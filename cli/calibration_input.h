@@ -31,9 +31,11 @@ enum class NeedsBoards { yes, no };
 // ("07/small"). With sensors fixed to the world beside the probe's, stations are those of a probe that is moved about,
 // and LEDs are read from the trackers' frames; lights that are no LED for sure are left out and named. Fails on an
 // image that cannot be read, and where the capture lacks the projector's source or its chessboard is found nowhere; a
-// board that is not found, printed or projected, only loses its view.
+// board that is not found, printed or projected, only loses its view. `earlier_leds`: those of the rig that the
+// calibration goes on from, which keep their places where they are not read (cli/led_input.h).
 Expected<CalibrationInput> read_calibration_input(const Capture& capture, const std::vector<std::string>& only,
                                                   ProjectorSource source, int threads,
-                                                  NeedsBoards needs_boards = NeedsBoards::yes);
+                                                  NeedsBoards needs_boards = NeedsBoards::yes,
+                                                  const std::vector<Led>& earlier_leds = {});
 
 }  // namespace crumple

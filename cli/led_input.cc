@@ -99,15 +99,36 @@ void add_leds(const Capture& capture, const RoomLeds& room, const LightSight& si
   if (!in_room.leds.empty()) input.data.observations.leds.push_back(std::move(in_room));
 }
 
-// Not in the rig then, wherever else it stands.
-void leave_out_led(const std::string& station, const std::string& sensor, const std::string& reason,
-                   CalibrationInput& input) {
+// One that is not in the rig, or not read.
+void name_led(const std::string& station, const std::string& sensor, const std::string& reason,
+              CalibrationInput& input) {
   log_warning(reason);
   input.skipped.push_back({station, sensor, reason, false});
 }
 
-// References that only one camera sees: nothing tells their places. Returns which.
-std::set<std::size_t> leave_out_lone_references(CalibrationInput& input) {
+// By their numbers in the data, those of an earlier rig that stay in the new one, read or not.
+std::set<std::size_t> known_leds(const std::vector<Led>& earlier, const CalibrationData& data) {
+  const bool any_in_world = std::any_of(data.sensors.begin(), data.sensors.end(),
+                                        [](const SensorSpec& sensor) { return sensor.mount == Mount::world; });
+  if (!any_in_world) return {};
+  std::set<std::size_t> known;
+  for (std::size_t l = 0; l < data.leds.size(); ++l) {
+    const bool is_there = std::any_of(earlier.begin(), earlier.end(), [&](const Led& led) {
+      return led.name == data.leds[l].name && led.mount == data.leds[l].mount;
+    });
+    if (is_there) known.insert(l);
+  }
+  for (const ScaleBar& bar : data.bars) {
+    for (const auto& [from, to] : bar.places) {
+      known.erase(from);
+      known.erase(to);
+    }
+  }
+  return known;
+}
+
+// References that only one camera sees: nothing tells their places, unless they are known. Returns which.
+std::set<std::size_t> leave_out_lone_references(const std::set<std::size_t>& known, CalibrationInput& input) {
   std::map<std::size_t, std::set<std::size_t>> seen_by;
   for (const LedView& view : input.data.observations.leds) {
     if (view.station) continue;
@@ -117,7 +138,7 @@ std::set<std::size_t> leave_out_lone_references(CalibrationInput& input) {
     if (view.station) continue;
     LedView kept{view.sensor, {}, {}, {}};
     for (std::size_t i = 0; i < view.leds.size(); ++i) {
-      if (seen_by[view.leds[i]].size() < 2) continue;
+      if (seen_by[view.leds[i]].size() < 2 && !known.contains(view.leds[i])) continue;
       kept.leds.push_back(view.leds[i]);
       kept.pixels.push_back(view.pixels[i]);
     }
@@ -126,11 +147,10 @@ std::set<std::size_t> leave_out_lone_references(CalibrationInput& input) {
   std::erase_if(input.data.observations.leds, [](const LedView& view) { return view.leds.empty(); });
   std::set<std::size_t> lone;
   for (const auto& [led, sensors] : seen_by) {
-    if (sensors.size() > 1) continue;
+    if (sensors.size() > 1 || known.contains(led)) continue;
     const std::string& camera = input.data.sensors[*sensors.begin()].name;
-    leave_out_led("room", camera,
-                  fmt::format("LED {} is left out: no camera but {} sees it", input.data.leds[led].name, camera),
-                  input);
+    name_led("room", camera,
+             fmt::format("LED {} is left out: no camera but {} sees it", input.data.leds[led].name, camera), input);
     lone.insert(led);
   }
   return lone;
@@ -144,7 +164,7 @@ std::set<std::size_t> leds_that_were_read(const Observations& observations) {
 
 // LEDs that were read at no station, by name, but for those that have been named.
 void name_unread_leds(const std::vector<LightSight>& sights, const std::set<std::size_t>& named,
-                      CalibrationInput& input) {
+                      const std::set<std::size_t>& known, CalibrationInput& input) {
   const std::set<std::size_t> read = leds_that_were_read(input.data.observations);
   std::set<std::size_t> doubtful;  // an LED of the capture has the same number in the data
   for (const LightSight& sight : sights) {
@@ -156,16 +176,19 @@ void name_unread_leds(const std::vector<LightSight>& sights, const std::set<std:
                             : doubtful.contains(l)
                                 ? "wherever it is seen its word blinks at several places; does another LED blink it?"
                                 : "it was never read; is it lit, and is that its word?";
-    leave_out_led("all", "all trackers", fmt::format("LED {} is left out: {}", input.data.leds[l].name, why), input);
+    const char* const what = known.contains(l) ? "keeps what the earlier rig says of it" : "is left out";
+    name_led("all", "all trackers", fmt::format("LED {} {}: {}", input.data.leds[l].name, what, why), input);
   }
 }
 
-// A rig states the places of all its LEDs, so it may not have those that no observation places.
-void drop_unseen_leds(CalibrationData& data) {
-  const std::set<std::size_t> read = leds_that_were_read(data.observations);
+// A rig states the places of all its LEDs, so it may not have those that neither an observation places nor an earlier
+// rig.
+void drop_unplaced_leds(const std::set<std::size_t>& known, CalibrationData& data) {
+  std::set<std::size_t> placed = leds_that_were_read(data.observations);
+  placed.insert(known.begin(), known.end());
   std::map<std::size_t, std::size_t> number_of;
   std::vector<Led> kept;
-  for (const std::size_t led : read) {
+  for (const std::size_t led : placed) {
     number_of[led] = kept.size();
     kept.push_back(data.leds[led]);
   }
@@ -226,12 +249,14 @@ std::size_t station_number(const std::string& id, CalibrationData& data) {
   return number;
 }
 
-Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& input) {
+Expected<void> read_leds(const Capture& capture, const std::vector<Led>& earlier, int threads,
+                         CalibrationInput& input) {
   if (capture.leds.empty()) return {};
   const auto code = blink_code_of(capture);
   if (!code) return tl::unexpected(code.error());
   for (const CaptureLed& led : capture.leds) input.data.leds.push_back({led.name, {0, 0, 0}, led.mount});
   const RoomLeds room(capture, input.data);
+  const std::set<std::size_t> known = known_leds(earlier, input.data);
   std::vector<LightSight> sights;
   for (const Station& station : capture.stations) {
     for (std::size_t s = 0; s < input.data.sensors.size(); ++s) {
@@ -251,10 +276,10 @@ Expected<void> read_leds(const Capture& capture, int threads, CalibrationInput& 
   }
   if (const auto differ = check_images_differ(sights, input.data); !differ) return differ;
   for (const LightSight& sight : sights) add_leds(capture, room, sight, input);
-  const std::set<std::size_t> lone = leave_out_lone_references(input);
+  const std::set<std::size_t> lone = leave_out_lone_references(known, input);
   if (const auto seen = check_bars_are_seen(input.data); !seen) return seen;
-  name_unread_leds(sights, lone, input);
-  drop_unseen_leds(input.data);
+  name_unread_leds(sights, lone, known, input);
+  drop_unplaced_leds(known, input.data);
   return {};
 }
 

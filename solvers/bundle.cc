@@ -26,7 +26,7 @@ namespace {
 
 using Views = std::vector<std::unique_ptr<View>>;
 
-constexpr int kMaxRounds = 20;
+constexpr int kMaxRounds = 40;
 constexpr int kReadmittingRounds = 10;
 constexpr int kRetrialRounds = 5;                            // of placements without accepted observations
 constexpr double kFirstDamping = MinimiseOptions().damping;  // rounds go on with the last one's, but never above this
@@ -388,7 +388,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
   }
   DispensableLeds dispensable(observations, options.dispensable_leds, options.held);
   dispensable.settle(false, weights, held);
-  Parameters parameters(state, views, held);
+  Parameters parameters(state, views, held, options.priors);
 
   if (const auto done = robust_stage(start, views, parameters, options, weights, state); !done) {
     return tl::unexpected(done.error());
@@ -399,7 +399,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (!at) return tl::unexpected(at.error());
     gate_outliers(views, *at, gates_of(views, {}, options.gate), dispensable, true, weights);
     settle_untold_poses(views, observations, true, weights, state, held);
-    if (dispensable.settle(true, weights, held)) parameters = Parameters(state, views, held);
+    if (dispensable.settle(true, weights, held)) parameters = Parameters(state, views, held, options.priors);
   }
   MinimiseOptions minimise_options{.threads = options.threads, .priors = options.priors, .tolerance = kRoundTolerance};
   constexpr double last_tolerance = MinimiseOptions().tolerance;
@@ -444,7 +444,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     if (unchanged || round + 1 == kMaxRounds) minimise_options.tolerance = last_tolerance;
     minimise_options.damping = other_blocks ? kFirstDamping : std::min(kFirstDamping, minimum->damping);
     weights = std::move(next);
-    if (other_blocks) parameters = Parameters(state, views, held);
+    if (other_blocks) parameters = Parameters(state, views, held, options.priors);
   }
 }
 

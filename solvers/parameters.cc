@@ -39,15 +39,27 @@ std::set<BlockId> tied_stations(const std::vector<std::unique_ptr<View>>& views,
   return tied;
 }
 
+bool tells_wholly(const Prior& prior, const BlockId& block, const CalibrationState& state) {
+  const auto told = std::count_if(prior.terms().begin(), prior.terms().end(),
+                                  [&](const PriorTerm& term) { return term.block == block; });
+  return told == tangent_size(block, state);
+}
+
 }  // namespace
 
 Parameters::Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
-                       const std::set<BlockId>& held) {
+                       const std::set<BlockId>& held, const std::vector<Prior>& priors) {
   std::set<BlockId> touched;
   for (const auto& view : views) {
     for (const BlockId& block : view->blocks()) {
       const BlockId owner = owner_of(block, state);
       if (!held.contains(owner)) touched.insert(owner);
+    }
+  }
+  for (const Prior& prior : priors) {
+    for (const BlockId& block : prior.blocks()) {
+      const bool of_a_pose = block.kind == BlockId::Kind::placement || block.kind == BlockId::Kind::station;
+      if (!of_a_pose && !held.contains(block) && tells_wholly(prior, block, state)) touched.insert(block);
     }
   }
   const auto add_common = [&](const BlockId& block) {

@@ -14,16 +14,18 @@
 #include <string>
 #include <vector>
 
+#include "solvers/prior.h"
 #include "solvers/residuals.h"
 
 namespace crumple {
 
 class Parameters {
  public:
-  // Blocks that no view touches are held, as are those in `held`. A shared lens is one block, of the sensor that it is;
-  // the others' lens blocks mean it too.
+  // Blocks in `held` are held, and so are those that no view touches, but for those of the rig and its boards that a
+  // prior tells every coordinate of: these follow what moves the rest of it. A shared lens is one block, of the sensor
+  // that it is; the others' lens blocks mean it too.
   Parameters(const CalibrationState& state, const std::vector<std::unique_ptr<View>>& views,
-             const std::set<BlockId>& held);
+             const std::set<BlockId>& held, const std::vector<Prior>& priors = {});
 
   bool estimated(const BlockId& block) const { return offsets_.contains(block); }
   std::optional<int> common_offset(const BlockId& block) const;

@@ -256,87 +256,138 @@ std::optional<CrossValidation> cross_validation_by_flag(const CalibrationInput& 
   return std::move(*validation);
 }
 
+// What the flags say by themselves; the files that they name are read apart.
+struct Settings {
+  CalibrationOptions options;
+  ProjectorSource source = ProjectorSource::automatic;
+  std::vector<double> map_distances_mm;
+};
+
+Expected<Settings> settings_from_flags() {
+  if (!FLAGS_invert.empty()) return fail("--invert is about poses; give it with --hand_eye");
+  auto options = options_from_flags();
+  if (!options) return tl::unexpected(options.error());
+  const auto source = source_from_flags();
+  if (!source) return tl::unexpected(source.error());
+  if (const auto known = check_lens_flag(); !known) return tl::unexpected(known.error());
+  if (const auto can = check_start_flags(); !can) return tl::unexpected(can.error());
+  auto map_distances_mm = map_distances_from_flag();
+  if (!map_distances_mm) return tl::unexpected(map_distances_mm.error());
+  return Settings{std::move(*options), *source, std::move(*map_distances_mm)};
+}
+
+struct Calibrated {
+  std::vector<LensChoice> lenses;
+  Calibration calibration;
+};
+
+// Fails with the views that were left out, and with the axes where they are swapped.
+Expected<Calibrated> calibrated_by_flags(const Capture& capture, const CalibrationOptions& options,
+                                         CalibrationInput& input) {
+  auto lenses = apply_lens_flag(options, input.data);
+  if (!lenses) return fail(explained(lenses.error().message, capture, input.skipped));
+  auto calibration = calibrate(input.data, options);
+  if (calibration) return Calibrated{std::move(*lenses), std::move(*calibration)};
+  const auto swapped = find_swapped_axes(input.data, options, nullptr);
+  const std::string said = calibration.error().message + (swapped ? "\n" + *swapped : "");
+  return fail(explained(said, capture, input.skipped));
+}
+
+// What a calibration is judged by, and all that is told of it.
+struct Told {
+  std::optional<FoldDifferences> folds;
+  Verdict verdict;
+  CalibrationFigures figures;
+  std::optional<CrossValidation> validation;
+  VerbResult result;
+};
+
+Told tell(const Capture& capture, const CalibrationInput& input, const Settings& settings,
+          const Calibrated& calibrated) {
+  const auto& [lenses, calibration] = calibrated;
+  Told told;
+  VerbResult of_folds;
+  told.folds = folds_by_flag(input.data, calibration, of_folds);
+  told.verdict = full_verdict(capture, input.data, settings.options, calibration, told.folds);
+  told.figures = calibration_figures(input.data, calibration, thread_count(), settings.map_distances_mm);
+
+  VerbResult& result = told.result;
+  result.exit_code = told.verdict.ok ? ExitCode::done : ExitCode::not_trusted;
+  result.document = calibration_summary(calibration, told.verdict, input.skipped);
+  result.text = calibration_text(calibration, told.verdict, input.skipped);
+  if (!lenses.empty()) {
+    result.document["lens_choice"] = lens_choice_summary(lenses);
+    result.text += lens_choice_text(lenses);
+  }
+  result.document.update(figures_summary(told.figures, calibration));
+  result.text += projection_maps_text(told.figures, calibration);
+  result.document.update(of_folds.document);
+  result.text += of_folds.text;
+  told.validation = cross_validation_by_flag(input, settings.options, result);
+  add_suggestions(input.data, calibration, result);
+  return told;
+}
+
+// Everything but the run record's file, which ends the folder.
+Expected<RunRecord> write_outputs(const VerbContext& context, const Capture& capture, const CalibrationInput& input,
+                                  const Calibration& calibration, const Told& told, const OutputFolder& folder) {
+  const auto summary = json_text(told.result.document);
+  if (!summary) return tl::unexpected(summary.error());
+  if (auto done = write_rig(folder.path(), calibrated_rig(calibration)); !done) return tl::unexpected(done.error());
+  if (auto done = write_file(folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
+  if (auto done = write_residual_files(capture, input, calibration, FLAGS_overlays, folder.path()); !done) {
+    return tl::unexpected(done.error());
+  }
+  std::vector<std::filesystem::path> inputs = capture_files(capture);
+  if (!FLAGS_start.empty()) inputs.emplace_back(FLAGS_start);
+  auto record = record_of_run(context, inputs);
+  if (!record || !FLAGS_report) return record;
+  const CalibrationReport report{capture,    calibration,     told.verdict, told.figures,         input.skipped,
+                                 told.folds, told.validation, *record,      command_line(context)};
+  if (auto done = write_calibration_report(report, folder); !done) return tl::unexpected(done.error());
+  return record;
+}
+
 Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (FLAGS_hand_eye) return run_calibrate_hand_eye(context);
   if (context.inputs.size() != 1) return usage_error("calibrate takes one capture; two files of poses with --hand_eye");
-  if (!FLAGS_invert.empty()) return usage_error("--invert is about poses; give it with --hand_eye");
   const auto began = std::chrono::steady_clock::now();
-  auto options = options_from_flags();
-  if (!options) return usage_error(options.error().message);
-  const auto source = source_from_flags();
-  if (!source) return usage_error(source.error().message);
-  if (const auto known = check_lens_flag(); !known) return usage_error(known.error().message);
-  if (const auto can = check_start_flags(); !can) return usage_error(can.error().message);
-  const auto map_distances_mm = map_distances_from_flag();
-  if (!map_distances_mm) return usage_error(map_distances_mm.error().message);
+  auto settings = settings_from_flags();
+  if (!settings) return usage_error(settings.error().message);
   auto earlier = earlier_from_flags();
   if (!earlier) return tl::unexpected(earlier.error());
-  options->earlier = std::move(*earlier);
+  settings->options.earlier = std::move(*earlier);
   const auto truth = truth_from_flags();
   if (!truth) return tl::unexpected(truth.error());
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
-  auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), *source, thread_count());
+  const auto& going_on_from = settings->options.earlier;
+  auto input = read_calibration_input(*capture, parse_names(FLAGS_sensors), settings->source, thread_count(),
+                                      NeedsBoards::yes, going_on_from ? going_on_from->rig.leds : std::vector<Led>());
   if (!input) return tl::unexpected(input.error());
   if (FLAGS_starts && input->data.station_names.empty()) {
     return usage_error("--starts is about a probe that trackers watch");
   }
-  const auto lenses = apply_lens_flag(*options, input->data);
-  if (!lenses) return fail(explained(lenses.error().message, *capture, input->skipped));
-  const auto calibration = calibrate(input->data, *options);
-  if (!calibration) {
-    const auto swapped = find_swapped_axes(input->data, *options, nullptr);
-    const std::string said = calibration.error().message + (swapped ? "\n" + *swapped : "");
-    return fail(explained(said, *capture, input->skipped));
-  }
-  VerbResult of_folds;
-  const auto folds = folds_by_flag(input->data, *calibration, of_folds);
-  const Verdict verdict = full_verdict(*capture, input->data, *options, *calibration, folds);
 
-  VerbResult result;
-  result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
-  result.document = calibration_summary(*calibration, verdict, input->skipped);
-  result.text = calibration_text(*calibration, verdict, input->skipped);
-  if (!lenses->empty()) {
-    result.document["lens_choice"] = lens_choice_summary(*lenses);
-    result.text += lens_choice_text(*lenses);
-  }
-  const auto figures = calibration_figures(input->data, *calibration, thread_count(), *map_distances_mm);
-  result.document.update(figures_summary(figures, *calibration));
-  result.text += projection_maps_text(figures, *calibration);
-  result.document.update(of_folds.document);
-  result.text += of_folds.text;
-  const auto validation = cross_validation_by_flag(*input, *options, result);
-  add_suggestions(input->data, *calibration, result);
+  const auto calibrated = calibrated_by_flags(*capture, settings->options, *input);
+  if (!calibrated) return tl::unexpected(calibrated.error());
+  const Calibration& calibration = calibrated->calibration;
+  Told told = tell(*capture, *input, *settings, *calibrated);
   if (*truth) {
-    if (auto added = add_rig_truth(**truth, calibrated_rig(*calibration), result); !added)
-      return tl::unexpected(added.error());
+    const auto added = add_rig_truth(**truth, calibrated_rig(calibration), told.result);
+    if (!added) return tl::unexpected(added.error());
   }
   if (FLAGS_starts) {
-    const auto done = write_starts(input->data, *options, *calibration, *truth, folder->path(), result);
+    const auto done = write_starts(input->data, settings->options, calibration, *truth, folder->path(), told.result);
     if (!done) return tl::unexpected(done.error());
   }
-  result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  const auto summary = json_text(result.document);
-  if (!summary) return tl::unexpected(summary.error());
-  if (auto done = write_rig(folder->path(), calibrated_rig(*calibration)); !done) return tl::unexpected(done.error());
-  if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
-  if (auto done = write_residual_files(*capture, *input, *calibration, FLAGS_overlays, folder->path()); !done) {
-    return tl::unexpected(done.error());
-  }
-  std::vector<std::filesystem::path> inputs = capture_files(*capture);
-  if (!FLAGS_start.empty()) inputs.emplace_back(FLAGS_start);
-  const auto record = record_of_run(context, inputs);
+  told.result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const auto record = write_outputs(context, *capture, *input, calibration, told, *folder);
   if (!record) return tl::unexpected(record.error());
-  if (FLAGS_report) {
-    const CalibrationReport report{*capture, *calibration,         verdict, figures, input->skipped, folds, validation,
-                                   *record,  command_line(context)};
-    if (auto done = write_calibration_report(report, *folder); !done) return tl::unexpected(done.error());
-  }
   if (auto done = commit_with_record(*folder, *record); !done) return tl::unexpected(done.error());
-  return result;
+  return std::move(told.result);
 }
 
 }  // namespace

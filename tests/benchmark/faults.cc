@@ -33,6 +33,7 @@ struct Judged {
   bool said = false;            // anything as a reason
   bool fault_named = false;     // of any kind, whether there or not, in a reason or a note
   bool named = false;           // the fault that is there
+  bool beside_others = false;   // and only as one of several that cannot be told apart
   bool would_not_show = false;  // it was said that a fault of this size would not
   std::vector<std::string> reasons;
   std::vector<std::string> notes;
@@ -55,7 +56,9 @@ std::vector<std::string> told(const CalibrationData& data, const std::optional<C
   std::vector<std::string> reasons = std::move(verdict.reasons);
   if (const auto swapped = find_swapped_axes(data, options, &*calibration)) reasons.push_back(*swapped);
   if (!later) return reasons;
-  const auto check = check_rig(*later, {.rig = calibrated_rig(*calibration)}, 1);
+  EarlierRig earlier{.rig = calibrated_rig(*calibration)};
+  for (const Board& board : calibration->bundle.state.boards) earlier.board_scales[board.name] = board.scale;
+  const auto check = check_rig(*later, earlier, 1);
   if (!check) {
     reasons.push_back(check.error().message);
     return reasons;
@@ -87,6 +90,13 @@ bool said_in(const std::vector<std::string>& sentences, const std::string& expre
   });
 }
 
+// Whether some sentence that the expression is found in speaks of that part alone.
+bool said_alone(const std::vector<std::string>& sentences, const std::string& expression) {
+  return std::any_of(sentences.begin(), sentences.end(), [words = std::regex(expression)](const std::string& sentence) {
+    return std::regex_search(sentence, words) && !names_one_of_several(sentence);
+  });
+}
+
 // Whether the notes say of the fault that it would not show: of the only board that nothing could contradict its size,
 // of one beside another and of a move that it would show from more on than there is.
 bool said_not_to_show(const FaultyCampaign& campaign, const std::vector<std::string>& notes) {
@@ -113,6 +123,8 @@ Judged judge_campaign(Fault fault, unsigned seed) {
   judged.named = !campaign.named_by.empty() &&
                  std::all_of(campaign.named_by.begin(), campaign.named_by.end(),
                              [&](const std::string& expression) { return said_in(sentences, expression); });
+  judged.beside_others = judged.named && !std::all_of(campaign.named_by.begin(), campaign.named_by.end(),
+                                                      [&](const std::string& e) { return said_alone(sentences, e); });
   judged.would_not_show = !judged.named && said_not_to_show(campaign, judged.notes);
   return judged;
 }
@@ -123,6 +135,7 @@ struct Tally {
   int fault_named = 0;
   int alarms = 0;
   int named = 0;
+  int beside_others = 0;
   int would_not_show = 0;
 
   void add(const Judged& judged) {
@@ -131,21 +144,24 @@ struct Tally {
     fault_named += judged.fault_named ? 1 : 0;
     alarms += judged.alarm() ? 1 : 0;
     named += judged.named ? 1 : 0;
+    beside_others += judged.beside_others ? 1 : 0;
     would_not_show += judged.would_not_show ? 1 : 0;
   }
 };
 
 Json print_tally(const char* name, const Tally& tally) {
   const double share = 100.0 / std::max(1, tally.campaigns);
-  fmt::print("| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) | {} ({:.1f} %) | {} | {:.1f} % |\n", name, tally.campaigns,
-             tally.said, tally.said * share, tally.fault_named, tally.fault_named * share, tally.named,
-             tally.named * share, tally.would_not_show, (tally.named + tally.would_not_show) * share);
+  fmt::print("| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) | {} ({:.1f} %) | {} | {} | {:.1f} % |\n", name,
+             tally.campaigns, tally.said, tally.said * share, tally.fault_named, tally.fault_named * share, tally.named,
+             tally.named * share, tally.beside_others, tally.would_not_show,
+             (tally.named + tally.would_not_show) * share);
   return {{"fault", name},
           {"campaigns", tally.campaigns},
           {"something_said", tally.said},
           {"some_fault_named", tally.fault_named},
           {"either", tally.alarms},
           {"named", tally.named},
+          {"named_beside_others", tally.beside_others},
           {"said_not_to_show", tally.would_not_show}};
 }
 
@@ -183,7 +199,8 @@ int run() {
   Json rows = Json::array();
   fmt::print(
       "| fault | campaigns | something was said | a fault of any kind was named | it was named | "
-      "said that it would not show | named or said |\n|---|---:|---:|---:|---:|---:|---:|\n");
+      "of these, beside others | said that it would not show | named or said |\n"
+      "|---|---:|---:|---:|---:|---:|---:|---:|\n");
   for (const auto& [fault, tally] : tallies) rows.push_back(print_tally(name_of(fault), tally));
   rows.push_back(print_tally("all faults", all));
   if (const auto sound = tallies.find(Fault::none); sound != tallies.end()) {

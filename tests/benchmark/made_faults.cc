@@ -47,6 +47,7 @@ class Campaign {
     noise_ = {real(0.05, 0.2), real(0.05, 0.2), 0, real(0.02, 0.1)};
     options_.led_sigma_px = options_.corner_sigma_px = options_.stripe_sigma_px = 0;
     options_.seed = seed;
+    if (fault == Fault::wrong_pitch_beside_bar || (fault == Fault::none && seed % 2 == 0)) draw_bar();
   }
 
   FaultyCampaign make() {
@@ -55,7 +56,7 @@ class Campaign {
     made_fault();
     add_noise(noise_, random_, made_.observations);
     if (fault_ == Fault::bad_view) spoil_a_view();
-    campaign_.data = data_of(made_);
+    campaign_.data = data_with_bar(made_);
     if (fault_ == Fault::swapped_axes) {
       campaign_.data = with_swapped_axes(std::move(campaign_.data));
       campaign_.named_by = {said_of(fault_)};
@@ -74,16 +75,40 @@ class Campaign {
   }
   std::size_t one_of(std::size_t count) { return static_cast<std::size_t>(whole(0, static_cast<int>(count) - 1)); }
 
+  // Its certificate errs as it says.
+  void draw_bar() {
+    options_.bar_mm = real(600, 1100);
+    options_.bar_places = whole(1, 3);
+    bar_.name = "bar";
+    bar_.certificate.pitch_sigma_mm = real(0.005, 0.03);
+    bar_.length_mm = std::normal_distribution<double>(options_.bar_mm, bar_.certificate.pitch_sigma_mm)(random_);
+  }
+
+  // The bar's ends are the last of the LEDs.
+  CalibrationData data_with_bar(const MadeSystem& made) const {
+    CalibrationData data = data_of(made);
+    if (!(options_.bar_mm > 0)) return data;
+    data.bars = {bar_};
+    const std::size_t ends = 2 * static_cast<std::size_t>(options_.bar_places);
+    for (std::size_t l = data.leds.size() - ends; l < data.leds.size(); l += 2) {
+      data.bars[0].places.emplace_back(l, l + 1);
+    }
+    return data;
+  }
+
   void made_fault() {
     switch (fault_) {
       case Fault::board_warp:
         return bend_the_board();
       case Fault::wrong_pitch:
         campaign_.named_by = {said_of(fault_, "board 'board'")};
-        return stretch_the_board();
+        return stretch_the_board(sign() * real(0.0015, 0.003));
       case Fault::wrong_pitch_one_board:
         show_one_board();
-        return stretch_the_board();
+        return stretch_the_board(sign() * real(0.0015, 0.003));
+      case Fault::wrong_pitch_beside_bar:
+        campaign_.named_by = {said_of(fault_, "board 'board'")};
+        return stretch_the_board(sign() * std::exp(real(std::log(0.003), std::log(0.04))));
       case Fault::polarity:
         return shift_edges();
       case Fault::none:
@@ -162,8 +187,8 @@ class Campaign {
     campaign_.named_by = {said_of(fault_, "board 'board'")};
   }
 
-  void stretch_the_board() {
-    campaign_.stretch = sign() * real(0.0015, 0.003);
+  void stretch_the_board(double share) {
+    campaign_.stretch = share;
     made_.truth.boards[0].scale *= 1 + campaign_.stretch;
     made_.observations = predicted_observations(made_.truth, made_.observations);
   }
@@ -202,7 +227,7 @@ class Campaign {
       campaign_.named_by = {said_of(fault_, campaign_.moved_led)};
     }
     add_noise(noise_, random_, later.observations);
-    campaign_.later = data_of(later);
+    campaign_.later = data_with_bar(later);
   }
 
   void nudge_a_tracker() {
@@ -288,6 +313,7 @@ class Campaign {
   std::mt19937_64 random_;
   MadeSystemOptions options_;
   NoiseLevels noise_;
+  ScaleBar bar_;  // without its places
   MadeSystem made_;
   FaultyCampaign campaign_;
 };
@@ -295,9 +321,17 @@ class Campaign {
 }  // namespace
 
 const std::vector<Fault>& all_faults() {
-  static const std::vector<Fault> all{
-      Fault::board_warp, Fault::wrong_pitch, Fault::wrong_pitch_one_board, Fault::polarity,  Fault::swapped_axes,
-      Fault::bad_view,   Fault::moved_led,   Fault::nudged_tracker,        Fault::lost_sync, Fault::too_few_tilts};
+  static const std::vector<Fault> all{Fault::board_warp,
+                                      Fault::wrong_pitch,
+                                      Fault::wrong_pitch_one_board,
+                                      Fault::wrong_pitch_beside_bar,
+                                      Fault::polarity,
+                                      Fault::swapped_axes,
+                                      Fault::bad_view,
+                                      Fault::moved_led,
+                                      Fault::nudged_tracker,
+                                      Fault::lost_sync,
+                                      Fault::too_few_tilts};
   return all;
 }
 
@@ -311,6 +345,8 @@ const char* name_of(Fault fault) {
       return "wrong pitch";
     case Fault::wrong_pitch_one_board:
       return "wrong pitch, one board";
+    case Fault::wrong_pitch_beside_bar:
+      return "wrong pitch beside a scale bar";
     case Fault::polarity:
       return "gamma without inverse patterns";
     case Fault::swapped_axes:
@@ -339,6 +375,7 @@ std::string said_of(Fault fault, const std::string& part) {
       return part + " is bent by| is bent by" + or_it_is;
     case Fault::wrong_pitch:
     case Fault::wrong_pitch_one_board:
+    case Fault::wrong_pitch_beside_bar:
       return "the pitch of " + part + " is off by|the pitch of .* is off by" + or_it_is;
     case Fault::polarity:
       return "rising edges of stripes are off by";
@@ -362,6 +399,10 @@ std::string said_of(Fault fault, const std::string& part) {
 bool names_a_fault(const std::string& sentence) {
   return std::any_of(all_faults().begin(), all_faults().end(),
                      [&](Fault fault) { return std::regex_search(sentence, std::regex(said_of(fault))); });
+}
+
+bool names_one_of_several(const std::string& sentence) {
+  return std::regex_search(sentence, std::regex("^either |; or "));
 }
 
 FaultyCampaign make_faulty(Fault fault, unsigned seed) { return Campaign(fault, seed).make(); }

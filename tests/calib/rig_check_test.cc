@@ -129,6 +129,42 @@ TEST(StartFromRig, TwoStepsGiveWhatOneGives) {
   }
 }
 
+// LEDs alone: neither the probe's camera and projector nor a board is seen, and all of them stay as well known as they
+// were, the scale among it.
+TEST(StartFromRig, WhatIsNotSeenAgainStaysKnown) {
+  constexpr MadeSystemOptions kProbe{.trackers = 3, .stations = 10};
+  CalibrationData first = data_of(make_system(kProbe));
+  for (BoardSpec& board : first.boards) board.certificate = BoardCertificate{.pitch_sigma_mm = 0.003};
+  const auto earlier = calibrate(first, kFlatBoards);
+  ASSERT_TRUE(earlier) << earlier.error().message;
+  MadeSystemOptions wand = kProbe;
+  wand.stations = wand.tracker_placements = 0;
+  wand.wand_stations = 8;
+  wand.seed = 2;
+  CalibrationData leds = data_of(make_system(wand));
+  leds.observations.placement_count = 0;
+  leds.placement_names.clear();
+  leds.board_of.clear();
+  CalibrationOptions options = kFlatBoards;
+  options.earlier = EarlierRig{.rig = calibrated_rig(*earlier)};
+  const auto found = calibrate(leds, options);
+  ASSERT_TRUE(found) << found.error().message;
+  const RigCovariance before = options.earlier->rig.covariance, after = calibrated_rig(*found).covariance;
+  EXPECT_THAT(after.names, testing::IsSupersetOf({"cam0.fx", "proj0.fx", "proj0.translation_x", "board.scale"}));
+  for (std::size_t i = 0; i < after.names.size(); ++i) {
+    if (after.names[i].find(".datum_") != std::string::npos) continue;  // of these observations
+    const auto row = std::find(before.names.begin(), before.names.end(), after.names[i]) - before.names.begin();
+    ASSERT_LT(row, static_cast<std::ptrdiff_t>(before.names.size())) << after.names[i];
+    const auto at = static_cast<Eigen::Index>(i);
+    EXPECT_LE(after.matrix(at, at), before.matrix(row, row) * (1 + 1e-6)) << after.names[i];
+    EXPECT_GT(after.matrix(at, at), 0) << after.names[i];
+  }
+  const Verdict verdict = judge(leds, *found, 1);
+  EXPECT_THAT(verdict.notes, testing::Not(testing::Contains(HasSubstr("scale's uncertainty is unknown"))));
+  EXPECT_THAT(verdict.notes, testing::Not(testing::Contains(HasSubstr("extrapolated"))));
+  EXPECT_THAT(verdict.reasons, testing::IsEmpty());
+}
+
 TEST(StartFromRig, HoldsWhatIsNotToBeCorrected) {
   CalibrationOptions options = kFlatBoards;
   options.earlier = earlier_rig();

@@ -1,6 +1,7 @@
 // An earlier rig as what is known before a refinement.
 #include "calib/rig_prior.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -91,6 +92,66 @@ TEST(RigPrior, UnknownLedsAreEstimatedFreely) {
   const BlockId led{BlockId::Kind::led, 2};
   EXPECT_FALSE(prior->held.contains(led));
   for (const BlockId& block : prior->prior.blocks()) EXPECT_NE(block, led);
+}
+
+// By the rules for normal distributions: what is estimated of the others is as if the LED were not there, and the LED
+// follows by its regression on them.
+TEST(RigPrior, AnLedThatIsCarriedFollowsTheOthersAndMovesNone) {
+  Halves data = halves();
+  const auto first = refine(data.made.truth, data.first, {.reject_outliers = false});
+  ASSERT_TRUE(first) << first.error().message;
+  constexpr std::size_t kHidden = 2;
+  const BlockId led{BlockId::Kind::led, kHidden};
+  for (LedView& view : data.second.leds) {
+    const auto at = std::find(view.leds.begin(), view.leds.end(), kHidden) - view.leds.begin();
+    if (at == std::ssize(view.leds)) continue;
+    view.leds.erase(view.leds.begin() + at);
+    view.pixels.erase(view.pixels.begin() + at);
+  }
+  const Rig rig = with_covariance(*first);
+  const auto refined = [&](const std::set<BlockId>& carried) {
+    const auto known = rig_prior(rig, data.made.truth, data.second, {}, carried).value();
+    const BundleOptions options{.reject_outliers = false, .held = known.held, .priors = {known.prior}};
+    return refine(known.state, data.second, options).value();
+  };
+  const BundleResult without = refined({}), with = refined({led});
+  EXPECT_TRUE(without.covariance.of({led}, without.state).isZero(0));
+
+  const std::vector<BlockId> others = rig_prior(rig, data.made.truth, data.second)->prior.blocks();
+  ASSERT_EQ(std::count(others.begin(), others.end(), led), 0);
+  std::vector<BlockId> all = others;
+  all.push_back(led);
+  const CalibrationState& before = first->state;
+  const Eigen::MatrixXd prior = first->covariance.of(all, before), now = with.covariance.of(all, with.state);
+  const Eigen::MatrixXd alone = without.covariance.of(others, without.state);
+  const Eigen::Index n = alone.rows();
+  const Eigen::VectorXd sigma = alone.diagonal().cwiseSqrt();
+  Eigen::VectorXd step(n);
+  Eigen::Index row = 0;
+  for (const BlockId& block : others) {
+    const Eigen::VectorXd of_block = block_step(block, before, with.state);
+    const Eigen::VectorXd apart = block_step(block, without.state, with.state);
+    EXPECT_LT(apart.cwiseQuotient(sigma.segment(row, apart.size())).cwiseAbs().maxCoeff(), 1e-3);
+    step.segment(row, of_block.size()) = of_block;
+    row += of_block.size();
+  }
+  const Eigen::VectorXd scale = sigma.cwiseInverse();
+  EXPECT_LT((scale.asDiagonal() * (now.topLeftCorner(n, n) - alone) * scale.asDiagonal()).cwiseAbs().maxCoeff(), 1e-3);
+
+  const Eigen::VectorXd known = prior.topLeftCorner(n, n).diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd equilibrated = known.asDiagonal() * prior.topLeftCorner(n, n) * known.asDiagonal();
+  const Eigen::MatrixXd scaled_cross = known.asDiagonal() * prior.topRightCorner(n, 3);
+  const Eigen::MatrixXd solved = equilibrated.ldlt().solve(scaled_cross);
+  const Eigen::MatrixXd regression = solved.transpose() * known.asDiagonal();  // 3 x n
+  const Eigen::Matrix3d left = prior.bottomRightCorner<3, 3>() - regression * prior.topRightCorner(n, 3);
+  const Eigen::Matrix3d expected = left + regression * alone * regression.transpose();
+  const Eigen::Matrix3d found = now.bottomRightCorner<3, 3>();
+  EXPECT_LT((found - expected).norm(), 0.01 * expected.norm());
+  EXPECT_LT(found.trace(), prior.diagonal().tail<3>().sum());
+  const Eigen::Vector3d moved = block_step(led, before, with.state);
+  const Eigen::Vector3d followed = regression * step;
+  EXPECT_LT((moved - followed).norm(), 0.02 * std::sqrt(expected.trace()));
+  EXPECT_GT(moved.norm(), 0);
 }
 
 TEST(RigPrior, RefusesWhatIsAnotherRig) {

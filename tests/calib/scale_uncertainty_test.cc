@@ -104,6 +104,27 @@ TEST(ScaleUncertainty, ABoardWithACertificateTellsTheOthersSize) {
   EXPECT_NEAR(state.boards[1].scale, 1.001, 3 * sigma);
   EXPECT_NEAR(state.boards[0].scale, 1, 1e-5);
   EXPECT_NEAR(calibration.scale->relative, sigma, 1e-12);
+  const std::vector<MeasuredScale> measured = measured_scales(calibration.priors, calibration.bundle);
+  ASSERT_EQ(measured.size(), 1u);  // the certified board is not one
+  EXPECT_EQ(measured[0].board, 1u);
+  EXPECT_TRUE(measured[0].determined);
+  EXPECT_DOUBLE_EQ(measured[0].scale, state.boards[1].scale);
+  EXPECT_NEAR(measured[0].sigma, sigma, 1e-12);
+}
+
+// The camera alone: neither board's size has to do with the other's.
+TEST(ScaleUncertainty, ABoardThatNothingTiesIsNotMeasured) {
+  CalibrationData data = of_two_boards(BoardCertificate{.pitch_sigma_mm = 0.0004}, {});
+  data.sensors.resize(1);
+  data.pairs.clear();
+  data.observations.stripes.clear();
+  data.observations.features.clear();
+  const Calibration calibration = calibrate(data, {.warp = WarpChoice::off}).value();
+  const std::vector<MeasuredScale> measured = measured_scales(calibration.priors, calibration.bundle);
+  ASSERT_EQ(measured.size(), 1u);
+  EXPECT_EQ(measured[0].board, 1u);
+  EXPECT_FALSE(measured[0].determined);
+  EXPECT_NEAR(measured[0].sigma, 0.05, 1e-4);  // the weak prior's
 }
 
 // Two certificates that differ by 0.1 %, both of 0.05 %: each gives way by half.

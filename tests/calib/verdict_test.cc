@@ -13,6 +13,7 @@ namespace {
 
 using testing::AllOf;
 using testing::Contains;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -75,14 +76,18 @@ TEST(Verdict, TooFewTiltsAreSaid) {
   EXPECT_THAT(judge(calibration).reasons, Contains(HasSubstr("the board's tilts span only")));
 }
 
+// Parallel, and at one depth.
 TEST(Verdict, AFocalLengthThatBoardsAllAlikeCannotTellIsRejected) {
   Synthetic made = probe_before_boards();
-  for (Pose& pose : made.truth.world_from_board) pose.rotation = made.truth.world_from_board[0].rotation;
+  for (Pose& pose : made.truth.world_from_board) {
+    pose.rotation = Eigen::Quaterniond::Identity();
+    pose.translation.z() = 800;
+  }
   const Calibration calibration{.placement_names = std::vector<std::string>(8, "p"),
                                 .start = made.truth,
                                 .bundle = refine(made.truth, seen(made).observations, {}).value()};
   const Verdict verdict = judge(calibration);
-  EXPECT_FALSE(verdict.ok);
+  EXPECT_TRUE(verdict.rejected);
   EXPECT_THAT(verdict.reasons, Contains(HasSubstr("the board's tilts span only 0 degrees")));
   EXPECT_THAT(verdict.reasons, Contains(HasSubstr("the focal length is known to")));
 }
@@ -123,6 +128,73 @@ TEST(Verdict, BoardsAtOneDistanceAreNoted) {
                                 .bundle = refine(made.truth, seen(made).observations, {}).value()};
   const CalibrationData data = seen(made);
   EXPECT_THAT(judge(data, calibration, 1).notes, Contains(HasSubstr("nearer and farther everything is extrapolated")));
+}
+
+std::vector<std::string> all_said(const Verdict& verdict) {
+  std::vector<std::string> all = verdict.reasons;
+  all.insert(all.end(), verdict.notes.begin(), verdict.notes.end());
+  return all;
+}
+
+// A probe's board, a larger one before the trackers and a scale bar put down twice.
+CalibrationData beside_a_bar() {
+  const MadeSystem made = make_system({.projector = false, .stations = 12, .bar_mm = 1100, .bar_places = 2});
+  CalibrationData data = data_of(made);
+  const std::size_t first = data.leds.size() - 4;
+  EXPECT_EQ(data.leds[first].name, "bar0a");
+  data.bars = {{"bar", {{first, first + 1}, {first + 2, first + 3}}, 1100, {.pitch_sigma_mm = 0.011}, 0}};
+  return data;
+}
+
+TEST(Verdict, ARightPitchBesideABarIsNotSpokenOf) {
+  const std::vector<std::string> said = all_said(verdict_on(beside_a_bar()));
+  EXPECT_THAT(said, Not(Contains(HasSubstr("the pitch of board"))));
+  EXPECT_THAT(said, Not(Contains(HasSubstr("wrong pitch"))));
+  EXPECT_THAT(said, Not(Contains(HasSubstr("the size of board"))));
+}
+
+// Typed 25 where it is 24.
+TEST(Verdict, AWrongPitchBesideABarIsNamedWithTheMeasuredOne) {
+  CalibrationData data = beside_a_bar();
+  data.boards[0].target.pitch_mm *= 25.0 / 24;
+  const Verdict verdict = verdict_on(data);
+  EXPECT_THAT(verdict.reasons,
+              Contains(ContainsRegex("the pitch of board 'board' is off by -(4|3\\.9|4\\.0).* %: 31.25 mm "
+                                     "is stated, .* (29\\.9|30\\.0)[0-9]* mm \\(u = 0\\.0")));
+  EXPECT_THAT(all_said(verdict), Not(Contains(HasSubstr("the pitch of board 'tracker_board'"))));
+}
+
+// The second half of the placements is of another board, without a certificate beside one that has one.
+CalibrationData of_a_certified_board_and_another() {
+  CalibrationData data = seen(probe_before_boards());
+  BoardSpec other = data.boards[0];
+  other.name = "other";
+  data.boards[0].certificate = BoardCertificate{.pitch_sigma_mm = 0.002};
+  data.boards.push_back(other);
+  for (std::size_t p = data.board_of.size() / 2; p < data.board_of.size(); ++p) data.board_of[p] = 1;
+  return data;
+}
+
+TEST(Verdict, WhatAPrinterMakesOfAPitchIsNoted) {
+  CalibrationData data = of_a_certified_board_and_another();
+  EXPECT_THAT(all_said(verdict_on(data)), Not(Contains(HasSubstr("the pitch of board"))));
+  data.boards[1].target.pitch_mm /= 1.002;
+  const Verdict verdict = verdict_on(data);
+  EXPECT_THAT(verdict.notes, Contains(ContainsRegex("the pitch of board 'other' is off by \\+0\\.(1[789]|2)")));
+  EXPECT_THAT(verdict.reasons, Not(Contains(HasSubstr("the pitch of board"))));
+}
+
+// One camera sees each board by itself.
+TEST(Verdict, ABoardThatNothingTiesToACertifiedOneHasNoMeasuredSize) {
+  CalibrationData data = of_a_certified_board_and_another();
+  data.sensors.resize(1);
+  data.pairs.clear();
+  data.observations.stripes.clear();
+  const std::vector<std::string> notes = verdict_on(data).notes;
+  EXPECT_THAT(notes, Contains(HasSubstr("do not tie the size of board 'other' to bars or certified boards")));
+  EXPECT_THAT(notes,
+              Contains(AllOf(HasSubstr("nothing here could contradict the size of"), HasSubstr("board 'other'"))));
+  EXPECT_THAT(notes, Not(Contains(AllOf(HasSubstr(".scale"), HasSubstr("a lens model with fewer terms")))));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "datasets/capture.h"
 #include "datasets/rig_file.h"
 #include "datasets/station_pose.h"
+#include "solvers/rig_covariance.h"
 #include "tests/cli/tracked_system.h"
 
 namespace crumple {
@@ -31,6 +32,7 @@ using testing::HasSubstr;
 constexpr const char* kWordOfA = "1111101101000000";
 constexpr const char* kWordOfB = "0000011001110111";
 constexpr const char* kWordOfC = "0010110111111000";
+constexpr const char* kWordOfD = "1100110010001111";
 constexpr const char* kWordOfNone = "0000100100100111";
 
 // At these both trackers see all LEDs of the probe.
@@ -119,6 +121,34 @@ TEST(TrackedBadInput, AnLedThatWasNeverReadIsNamedAndNotInTheRig) {
   EXPECT_THAT(names_of(read_rig(home / "rig").value()), testing::UnorderedElementsAre("a", "b", "c", "d", "e"));
 }
 
+// LED d is not told in an interim capture: the rig that comes of it still tracks the usual one.
+TEST(TrackedBadInput, AnLedThatTheEarlierRigKnowsStaysThoughItWasNotRead) {
+  const TrackedSystem& system = TrackedSystem::get();
+  const fs::path capture = system.with_stations("hidden.yaml", kFewStations);
+  replace_in(capture, kWordOfD, kWordOfNone);
+  const TemporaryFolder home;
+  const ProgramRun run = calibrate(capture.string(), "--start='" + system.rig() + "'", home / "rig");
+  ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("warning: LED d keeps what the earlier rig says of it: it was never read"));
+  EXPECT_THAT(reasons_of_skipped(run), Contains(HasSubstr("LED d keeps what the earlier rig says of it")));
+  const Rig earlier = read_rig(system.rig()).value(), rig = read_rig(home / "rig").value();
+  ASSERT_THAT(names_of(rig), testing::UnorderedElementsAre("a", "b", "c", "d", "e"));
+  const auto place_of_d = [](const Rig& of) {
+    return std::find_if(of.leds.begin(), of.leds.end(), [](const Led& led) { return led.name == "d"; })->position_mm;
+  };
+  const std::vector<std::string> rows{"d.x", "d.y", "d.z"};
+  const Eigen::Matrix3d before = covariance_of(earlier.covariance, rows), after = covariance_of(rig.covariance, rows);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_GT(after(i, i), 0.1 * before(i, i));
+    EXPECT_LT(after(i, i), 1.5 * before(i, i));
+    EXPECT_LT(std::abs((place_of_d(rig) - place_of_d(earlier))[i]), 4 * std::sqrt(before(i, i)));
+  }
+  const ProgramRun tracked =
+      run_program(fmt::format("track '{}/capture.yaml' --rig='{}' --stations=cal_02,cal_07 --out='{}'",
+                              system.capture(), (home / "rig").string(), (home / "poses").string()));
+  EXPECT_EQ(tracked.exit_code, 0) << tracked.err;
+}
+
 // Wherever LED c is, what is around LED b in the same image.
 void let_c_blink_as_b(const Capture& capture, const Rig& rig, const std::string& station) {
   constexpr int kHalf = 7;
@@ -146,8 +176,8 @@ void let_c_blink_as_b(const Capture& capture, const Rig& rig, const std::string&
   }
 }
 
-// One word twice, the other never: neither LED's place is known, and the others' are.
-TEST(TrackedBadInput, LedsOfWhichOneBlinksTheOthersWordAreNamedAndNotInTheRig) {
+// One word twice, the other never: this capture tells neither LED's place, which the earlier rig does.
+TEST(TrackedBadInput, LedsOfWhichOneBlinksTheOthersWordAreNamedAndKeepTheirPlaces) {
   const TrackedSystem& system = TrackedSystem::get();
   const TemporaryFolder home;
   fs::copy(system.capture(), home / "capture", fs::copy_options::recursive);
@@ -158,11 +188,12 @@ TEST(TrackedBadInput, LedsOfWhichOneBlinksTheOthersWordAreNamedAndNotInTheRig) {
   for (const Station& station : capture.stations) let_c_blink_as_b(capture, rig, station.id);
   const ProgramRun run = calibrate(description.string(), "--start='" + system.rig() + "'", home / "rig");
   ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
-  EXPECT_THAT(reasons_of_skipped(run), AllOf(Contains(HasSubstr("LED c is left out: it was never read")),
-                                             Contains(HasSubstr("LED b is left out: wherever it is seen its word "
-                                                                "blinks at several places"))));
-  EXPECT_THAT(run.err, AllOf(HasSubstr("warning: LED b is left out"), HasSubstr("warning: LED c is left out")));
-  EXPECT_THAT(names_of(read_rig(home / "rig").value()), testing::UnorderedElementsAre("a", "d", "e"));
+  const std::string keeps = "keeps what the earlier rig says of it: ";
+  EXPECT_THAT(reasons_of_skipped(run),
+              AllOf(Contains(HasSubstr("LED c " + keeps + "it was never read")),
+                    Contains(HasSubstr("LED b " + keeps + "wherever it is seen its word blinks at several places"))));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("warning: LED b keeps"), HasSubstr("warning: LED c keeps")));
+  EXPECT_THAT(names_of(read_rig(home / "rig").value()), testing::UnorderedElementsAre("a", "b", "c", "d", "e"));
 }
 
 // From cal_06 on the images of tracker1 are those of one that was pushed by 6 mm and 0.3 degrees.
