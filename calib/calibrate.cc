@@ -237,9 +237,8 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   calibration->priors = bundle_options.priors;
   add_weighting(data.observations, bundle_options, *calibration);
   calibration->scale = scale_uncertainty(data, calibration->bundle);
-  if (!calibration->scale && options.earlier) {
-    calibration->scale = scale_uncertainty(options.earlier->rig.covariance);
-  }
+  if (!calibration->scale && options.earlier)
+    calibration->scale = scale_uncertainty(rig_covariance(calibration->bundle));
   calibration->earlier = options.earlier;
   return calibration;
 }
@@ -266,6 +265,7 @@ RigCovariance rig_covariance(const BundleResult& bundle) { return bundle.covaria
 Rig calibrated_rig(const Calibration& calibration) {
   Rig rig = calibration.bundle.state.rig;
   rig.covariance = rig_covariance(calibration.bundle);
+  if (calibration.earlier) rig.sigma_px = calibration.earlier->rig.sigma_px;  // of what was not observed this time
   for (const GroupSummary& group : calibration.bundle.groups) {
     rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
   }

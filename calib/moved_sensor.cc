@@ -225,7 +225,8 @@ Suspects find_suspects(const CalibrationData& data, const Calibration& calibrati
     }
     const Split likeliest = *std::min_element(own.begin(), own.end(), gains_more);
     if (enough_on_both_sides(seen, likeliest.first_station)) {
-      std::erase_if(own, [&](const Split& split) { return !enough_on_both_sides(seen, split.first_station); });
+      std::erase_if(own,
+                    [&seen = seen](const Split& split) { return !enough_on_both_sides(seen, split.first_station); });
       suspects.tried.insert(suspects.tried.end(), own.begin(), own.end());
     } else if (as_good(likeliest.gain, best.gain)) {
       suspects.too_few_stations.push_back(likeliest);

@@ -50,8 +50,7 @@ PartMean mean_of(const PartSums& sums) {
 }  // namespace
 
 bool RegionalTest::pattern() const {
-  const bool by_itself = worst_probability < kPatternProbability && worst_sigmas >= kPatternSigmas;
-  return probability < kPatternProbability && (by_itself || rms_sigmas >= kPatternSigmas);
+  return probability < kPatternProbability && (part_by_itself || rms_sigmas >= kPatternSigmas);
 }
 
 std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedResidual>>& residuals,
@@ -74,6 +73,7 @@ std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedRes
     RegionalTest test{.sensor = group.sensor, .kind = group.kind};
     double worst_square = 0;  // of one degree: far in the tail probabilities are all 0
     double beyond_noise = 0;
+    double least_of_large = 1;  // probability of a part whose mean is large enough to be spoken of
     for (std::size_t p = 0; p < parts.size(); ++p) {
       PartMean mean = mean_of(parts[p]);
       if (mean.degrees == 0) continue;
@@ -83,19 +83,21 @@ std::vector<RegionalTest> regional_tests(const std::vector<std::vector<PlacedRes
       test.degrees_of_freedom += mean.degrees;
       beyond_noise += mean.mean_square - inflation.of(group.kind) * mean.noise_square;
       const double probability = chi_square_tail(mean.square, mean.degrees);
-      const double square = mean.square / mean.degrees;
+      const double square = mean.square / mean.degrees, sigmas = std::sqrt(mean.mean_square / mean.degrees);
+      if (sigmas >= kPatternSigmas) least_of_large = std::min(least_of_large, probability);
       if (!test.worst_part.empty() &&
           std::pair(probability, -square) >= std::pair(test.worst_probability, -worst_square)) {
         continue;
       }
       worst_square = square;
-      test.worst_sigmas = std::sqrt(mean.mean_square / mean.degrees);
+      test.worst_sigmas = sigmas;
       test.worst_part = kImagePartNames[p];
       test.worst_probability = probability;
       test.worst_mean_px = mean.mean_px;
     }
     test.probability = chi_square_tail(test.chi_square, test.degrees_of_freedom);
     if (test.parts > 0) test.rms_sigmas = std::sqrt(std::max(0.0, beyond_noise) / test.degrees_of_freedom);
+    test.part_by_itself = least_of_large * test.parts < kPatternProbability;
     test.worst_probability = std::min(1.0, test.worst_probability * test.parts);
     if (test.parts == 0) test.worst_probability = 1;
     tests.push_back(std::move(test));

@@ -33,6 +33,7 @@ struct RegionalTest {
   // Of a coordinate, in sigmas of a reading: of that part, and RMS over all parts without what noise makes of it.
   double worst_sigmas = 0;
   double rms_sigmas = 0;
+  bool part_by_itself = false;  // some part's mean is significant over all parts, and kPatternSigmas
 
   bool pattern() const;
 };

@@ -9,6 +9,7 @@
 namespace crumple {
 namespace {
 
+constexpr const char* kOfEarlier = "it is the earlier rig's, which does not record what it lacks";
 constexpr double kWithoutCertificate = 0.05;  // of its size
 
 std::set<std::size_t> used(const std::vector<std::size_t>& board_of) { return {board_of.begin(), board_of.end()}; }
@@ -47,19 +48,18 @@ std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationSt
   return priors;
 }
 
-std::vector<MeasuredScale> measured_scales(const std::vector<Prior>& priors, const BundleResult& bundle) {
+std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const BundleResult& bundle) {
   std::set<std::string> undetermined;
   for (const Undetermined& direction : bundle.undetermined) {
     if (direction.prior == kWeakScale) undetermined.insert(direction.terms.begin(), direction.terms.end());
   }
   std::vector<MeasuredScale> scales;
-  for (const Prior& prior : priors) {
-    if (prior.name() != kWeakScale) continue;
-    for (const BlockId& block : prior.blocks()) {
-      scales.push_back({block.index, bundle.state.boards[block.index].scale,
-                        std::sqrt(bundle.covariance.of({block}, bundle.state)(0, 0)),
-                        !undetermined.contains(parameter_names(block, bundle.state).front())});
-    }
+  for (const std::size_t b : used(data.board_of)) {
+    const BlockId block = scale_of(b).block;
+    const double variance = bundle.covariance.of({block}, bundle.state)(0, 0);
+    if (data.boards[b].certificate || !(variance > 0)) continue;
+    scales.push_back({b, bundle.state.boards[b].scale, std::sqrt(variance),
+                      !undetermined.contains(parameter_names(block, bundle.state).front())});
   }
   return scales;
 }
@@ -88,7 +88,7 @@ std::optional<ScaleUncertainty> scale_uncertainty(const RigCovariance& covarianc
     if (!covariance.names[i].ends_with(".scale")) continue;
     const auto row = static_cast<Eigen::Index>(i);
     const double relative = std::sqrt(covariance.matrix(row, row));
-    if (!largest || relative > largest->relative) largest = {relative, ""};
+    if (!largest || relative > largest->relative) largest = {relative, kOfEarlier};
   }
   return largest;
 }

@@ -33,7 +33,7 @@ inline constexpr const char* kWeakScale = "scale.weak";  // the weak prior's nam
 // is no bar. `start` has the scales that they are about.
 std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationState& start);
 
-// Of a board whose size is a parameter that its own certificate tells nothing of: bars and other boards do.
+// Of a board without a certificate whose size is a parameter: bars, other boards or an earlier rig tell it.
 struct MeasuredScale {
   std::size_t board = 0;
   double scale = 1;        // true over nominal size
@@ -41,14 +41,15 @@ struct MeasuredScale {
   bool determined = true;  // by observations that tie the board to them; else only the weak prior holds it
 };
 
-// The boards of the weak prior, in its order.
-std::vector<MeasuredScale> measured_scales(const std::vector<Prior>& priors, const BundleResult& bundle);
+// Of the boards that were used, in their order.
+std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const BundleResult& bundle);
 
 // Of the boards that were used, the largest after the refinement; none without any, and where no certificate and no bar
 // tells it.
 std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle);
 
-// That the lengths of a calibrated rig contain, by its covariance; what it lacks is not kept there.
+// That the lengths of a rig contain, by its covariance. What it lacks is not kept there, and that is said to be
+// missing.
 std::optional<ScaleUncertainty> scale_uncertainty(const RigCovariance& covariance);
 
 }  // namespace crumple

@@ -82,12 +82,14 @@ void pose_boards(const CalibrationData& data, KnownSystem& known) {
   }
 }
 
-// Trackers alone, and LEDs on the probe that the rig has none of.
+// Trackers alone, and of the LEDs that they read on the probe the rig has none.
 bool probe_is_unknown(const CalibrationData& data, const KnownSystem& known) {
   const bool any_on_probe = std::any_of(data.sensors.begin(), data.sensors.end(),
                                         [](const SensorSpec& sensor) { return sensor.mount == Mount::probe; });
+  std::set<std::size_t> read;
+  for (const LedView& view : data.observations.leds) read.insert(view.leds.begin(), view.leds.end());
   bool any_led = false;
-  for (std::size_t l = 0; l < data.leds.size(); ++l) {
+  for (const std::size_t l : read) {
     if (data.leds[l].mount != Mount::probe) continue;
     if (known.located.contains(l)) return false;
     any_led = true;

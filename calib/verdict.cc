@@ -35,6 +35,7 @@ constexpr double kFocalUnknown = 0.1;
 constexpr double kBadViewShare = 0.25;  // of all views, from which on the calibration is rejected
 constexpr double kIllConditioned = 1e9;
 constexpr double kContradiction = 1e-4;  // probability
+constexpr double kBentByChance = 1e-3;   // probability
 constexpr double kNoisier = 3;
 constexpr double kUnknownThere_px = 1;  // projection uncertainty of a part of the image that was never looked at
 constexpr double kFinePitch = 5e-4;     // good boards are made to that; what would not show beyond it is said
@@ -193,6 +194,17 @@ void judge_geometry(const Calibration& calibration, Verdict& verdict) {
   }
 }
 
+void note_unseen_sensors(const BundleResult& bundle, std::vector<std::string>& notes) {
+  std::vector<std::string> unseen;
+  for (std::size_t s = 0; s < bundle.state.rig.sensors.size(); ++s) {
+    const bool seen = std::any_of(bundle.groups.begin(), bundle.groups.end(),
+                                  [&](const GroupSummary& group) { return group.sensor == s; });
+    if (!seen) unseen.push_back(bundle.state.rig.sensors[s].name);
+  }
+  if (unseen.empty()) return;
+  notes.push_back(fmt::format("nothing was observed by {}: the earlier rig's word stands", fmt::join(unseen, ", ")));
+}
+
 // Whether an earlier rig, which the refinement went on from, is one that these observations could come from.
 void judge_earlier(const Calibration& calibration, std::vector<std::string>& reasons) {
   const BundleResult& bundle = calibration.bundle;
@@ -204,9 +216,11 @@ void judge_earlier(const Calibration& calibration, std::vector<std::string>& rea
       jacobian.conservativeResize(Eigen::NoChange, jacobian.cols() + block.cols());
       jacobian.rightCols(block.cols()) = block;
     }
-    // What the observations say of its directions: the prior's variance less what is left of it.
+    // What the observations say of its directions: the prior's variance less what is left of it. What is held cannot
+    // contradict them.
     const Eigen::MatrixXd covariance = bundle.covariance.of(prior.blocks(), bundle.state);
-    const double degrees = static_cast<double>(jacobian.rows()) - (jacobian * covariance).cwiseProduct(jacobian).sum();
+    const auto free = static_cast<double>((covariance.diagonal().array() > 0).count());
+    const double degrees = free - (jacobian * covariance).cwiseProduct(jacobian).sum();
     const double square = whitened.residuals.squaredNorm();
     if (chi_square_tail(square, std::max(1, static_cast<int>(std::ceil(degrees)))) >= kContradiction) continue;
     reasons.push_back(fmt::format(
@@ -232,13 +246,14 @@ std::string listed(const std::vector<std::string>& parts) {
   return text;
 }
 
-// Boards whose bending was allowed for, where it is beyond three sigma.
+// Boards whose bending was allowed for, where it is beyond chance.
 void note_bent_boards(const BundleResult& bundle, std::vector<std::string>& notes) {
   for (std::size_t b = 0; b < bundle.state.boards.size(); ++b) {
     const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::warp, b}}, bundle.state);
     if (!(covariance(0, 0) > 0)) continue;
     const Eigen::Vector2d warp_mm = bundle.state.boards[b].warp_mm;
-    if (warp_mm.dot(Eigen::Vector2d(solve_symmetric(covariance, warp_mm))) < 9) continue;
+    const double square = warp_mm.dot(Eigen::Vector2d(solve_symmetric(covariance, warp_mm)));
+    if (chi_square_tail(square, 2) > kBentByChance) continue;
     const auto [low, high] = std::minmax({0.0, warp_mm.x(), warp_mm.y(), warp_mm.sum()});
     notes.push_back(
         fmt::format("board '{}' is bent by {:.2g} mm, which was allowed for", bundle.state.boards[b].name, high - low));
@@ -322,9 +337,9 @@ void note_scale(const Calibration& calibration, std::vector<std::string>& notes)
   }
 }
 
-void note_untied_boards(const Calibration& calibration, std::vector<std::string>& notes) {
+void note_untied_boards(const CalibrationData& data, const Calibration& calibration, std::vector<std::string>& notes) {
   std::vector<std::string> names;
-  for (const MeasuredScale& size : measured_scales(calibration.priors, calibration.bundle)) {
+  for (const MeasuredScale& size : measured_scales(data, calibration.bundle)) {
     if (!size.determined) names.push_back(fmt::format("'{}'", calibration.bundle.state.boards[size.board].name));
   }
   if (names.empty()) return;
@@ -340,7 +355,6 @@ std::vector<std::string> notes_on(const Calibration& calibration) {
   const BundleResult& bundle = calibration.bundle;
   std::vector<std::string> notes;
   note_bent_boards(bundle, notes);
-  note_untied_boards(calibration, notes);
   for (const Undetermined& undetermined : bundle.undetermined) {
     if (undetermined.prior == kWeakScale) continue;
     const std::size_t named = std::min(kNamed, undetermined.terms.size());
@@ -362,7 +376,7 @@ std::vector<std::string> notes_on(const Calibration& calibration) {
 // may have made of it is a note.
 void judge_pitches(const CalibrationData& data, const Calibration& calibration, std::vector<std::string>& faults,
                    std::vector<std::string>& notes) {
-  for (const MeasuredScale& size : measured_scales(calibration.priors, calibration.bundle)) {
+  for (const MeasuredScale& size : measured_scales(data, calibration.bundle)) {
     if (!size.determined) continue;
     const BoardSpec& board = data.boards[size.board];
     const double off = size.scale - 1;
@@ -439,6 +453,7 @@ Verdict judge(const Calibration& calibration) {
   judge_geometry(calibration, verdict);
   if (calibration.earlier) judge_earlier(calibration, verdict.reasons);
   verdict.notes = notes_on(calibration);
+  if (calibration.earlier) note_unseen_sensors(calibration.bundle, verdict.notes);
   verdict.ok = verdict.reasons.empty();
   return verdict;
 }
@@ -468,6 +483,7 @@ Verdict judge(const CalibrationData& data, const Calibration& calibration, int t
   // An earlier rig saw boards of its own.
   if (!calibration.earlier) note_volume(data.observations, calibration.bundle, verdict.notes);
   note_scale(calibration, verdict.notes);
+  note_untied_boards(data, calibration, verdict.notes);
   verdict.ok = verdict.reasons.empty();
   return verdict;
 }

@@ -135,7 +135,8 @@ bool estimated(const BlockId& block, const Calibration& calibration) {
 // Estimated ones, shared lenses once.
 std::vector<BlockId> rig_blocks(const CalibrationData& data, const Calibration& calibration) {
   const CalibrationState& state = calibration.bundle.state;
-  std::vector<BlockId> blocks = Parameters(state, make_views(data.observations, state.board_of), {}).common_blocks();
+  std::vector<BlockId> blocks =
+      Parameters(state, make_views(data.observations, state.board_of), {}, calibration.priors).common_blocks();
   std::erase_if(blocks, [&](const BlockId& block) { return block.is_pose() || !estimated(block, calibration); });
   return blocks;
 }

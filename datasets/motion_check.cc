@@ -20,7 +20,6 @@ using Kind = FrameContent::Kind;
 
 constexpr int kBlock_px = 48;
 constexpr double kWarning_px = 0.15;
-constexpr double kError_px = 0.7;
 constexpr double kSharp_px = 0.03;         // a block whose shift is less certain than this says nothing
 constexpr double kSignificant = 6;         // standard deviations
 constexpr double kLeastMovedShare = 0.15;  // of the blocks that can tell
@@ -122,7 +121,8 @@ std::string moved(const PairSum& before, const PairSum& after, double shift_px, 
 
 // From one pair to the next, or over one that is of neither place.
 Motion step(const std::vector<PairSum>& sums, std::size_t before, std::size_t after, double shift_px) {
-  Motion motion{shift_px, moved(sums[before], sums[after], shift_px, "moved"), Motion::Seen::on_both_sides};
+  Motion motion{shift_px, sums[before].first, sums[after].second, moved(sums[before], sums[after], shift_px, "moved"),
+                Motion::Seen::on_both_sides};
   if (after > before + 1) {
     motion.sentence += fmt::format(", in one push between {} and {} or over several frames", sums[before + 1].first,
                                    sums[before + 1].second);
@@ -145,7 +145,7 @@ Motion hidden_step_or_creep(const std::vector<PairSum>& sums, std::size_t last, 
     if (across_px > 0.5 * shift_px) return step(sums, i - 1, i + 1, across_px);
   }
   const bool without_either = last > 1 && shift_between(sums, 1, last) > 0 && shift_between(sums, 0, last - 1) > 0;
-  return {shift_px, moved(sums[0], sums[last], shift_px, "crept"),
+  return {shift_px, sums[0].first, sums[last].second, moved(sums[0], sums[last], shift_px, "crept"),
           without_either ? Motion::Seen::on_both_sides : Motion::Seen::at_an_end};
 }
 
@@ -195,7 +195,7 @@ std::vector<Motion> find_motions(const std::vector<ShownFrame>& frames, double f
 std::vector<Finding> check_motion(const std::vector<ShownFrame>& frames, double full_scale, const std::string& where) {
   std::vector<Finding> findings;
   for (const Motion& motion : find_motions(frames, full_scale)) {
-    const bool useless = motion.shift_px >= kError_px;
+    const bool useless = motion.shift_px >= kUselessShift_px;
     findings.push_back({useless ? Severity::error : Severity::warning, where,
                         motion.sentence + (useless ? ": take the station again, or exclude it"
                                                    : ": its points are the less certain for it")});

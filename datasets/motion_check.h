@@ -17,9 +17,12 @@
 
 namespace crumple {
 
+inline constexpr double kUselessShift_px = 0.7;  // from which on the points are not to be used
+
 struct Motion {
   double shift_px = 0;
-  std::string sentence;  // what moved between which frames
+  std::string from, to;  // the frames between which something moved, by name
+  std::string sentence;
   // Whether the shift also shows where either of the two pairs that it was found between is left out. Of frames in
   // wrong places it does not. At the sequence's ends there is nothing beyond to be compared.
   enum class Seen { on_both_sides, at_an_end, once };
@@ -29,8 +32,8 @@ struct Motion {
 // In the frames' order. Those without an image are passed over; `full_scale` as in SequenceSetup.
 std::vector<Motion> find_motions(const std::vector<ShownFrame>& frames, double full_scale);
 
-// Warning: something moved by 0.15 px or more between two pairs, or crept as far over several; error: by 0.7 px or
-// more. The frames are named.
+// Warning: something moved by 0.15 px or more between two pairs, or crept as far over several; error: by
+// kUselessShift_px or more. The frames are named.
 std::vector<Finding> check_motion(const std::vector<ShownFrame>& frames, double full_scale, const std::string& where);
 
 // How far `to` is shifted against `from` where it is: the median over the blocks that moved, px; 0 where too few did.

@@ -121,6 +121,15 @@ class SequenceChecker {
     return motions.front();
   }
 
+  bool all_within(const Motion& motion, const std::vector<std::size_t>& wrong) const {
+    const auto number = [&](const std::string& name) { return std::find(names_.begin(), names_.end(), name); };
+    const auto from = number(motion.from), to = number(motion.to);
+    return std::all_of(wrong.begin(), wrong.end(), [&](std::size_t frame) {
+      const auto at = names_.begin() + static_cast<std::ptrdiff_t>(frame);
+      return from <= at && at <= to;
+    });
+  }
+
   // Says nothing of a push that the images tell from what else it could be: check_motion does.
   void describe_push(const Motion& motion, const std::string& otherwise) {
     if (motion.seen == Motion::Seen::on_both_sides) return;
@@ -129,7 +138,11 @@ class SequenceChecker {
   }
 
   void describe_unclear(const std::vector<std::size_t>& worst) {
-    if (const auto motion = push()) return describe_push(*motion, "the frames are not those that are described");
+    // A small one would not make frames of either place unlike what they should show.
+    const auto motion = push();
+    if (motion && motion->shift_px >= kUselessShift_px) {
+      return describe_push(*motion, "the frames are not those that are described");
+    }
     add(Severity::error,
         fmt::format("the frames do not show what the description says, and no simple exchange explains it: either they "
                     "are others or in another order, or the rig or the object moved too far to be measured; those that "
@@ -159,7 +172,8 @@ class SequenceChecker {
     if (unexplained.size() == frames.size()) {
       const char* const show = frames.size() == 1 ? "shows" : "show";
       const std::string others = fmt::format("{} {} something else", fmt::join(unexplained, " and "), show);
-      if (const auto motion = push()) return describe_push(*motion, others);
+      const auto motion = push();
+      if (motion && all_within(*motion, frames)) return describe_push(*motion, others);
     }
     for (const std::size_t frame : frames) {
       const std::string shown = what_it_shows(frame);

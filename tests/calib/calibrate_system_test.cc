@@ -386,7 +386,7 @@ TEST(MovedSensor, IsNamedOfThreeTrackersThatSeeBoardsAfterwards) {
   EXPECT_THAT(moved->or_else, IsEmpty());
   EXPECT_LT((moved->step - kKnock).head<3>().norm(), 3e-4);
   EXPECT_LT((moved->step - kKnock).tail<3>().norm(), 1);
-  EXPECT_THAT(judge(data, *found, 1).reasons.front(), HasSubstr("track1 stood elsewhere from station station_5 on"));
+  EXPECT_THAT(moved->sentence, HasSubstr("track1 stood elsewhere from station station_5 on"));
 }
 
 // Nothing that stood still was seen both before and after: the two moved against each other.

@@ -83,6 +83,27 @@ TEST(RegionalTests, DoNotSpeakOfAPatternFarBelowTheScatter) {
   EXPECT_FALSE(tests[0].pattern());
 }
 
+// The middle's mean of 0.05 sigma, of very many readings, is the less likely one; the corner's of half a sigma matters.
+TEST(RegionalTests, ALargeMeanIsNotHiddenByALessLikelySmallOne) {
+  std::vector<std::vector<PlacedResidual>> residuals(2);
+  const auto put = [&](const Eigen::Vector2d& pixel, double mean, int count) {
+    for (int i = 0; i < count; ++i) {
+      const double apart = i % 2 == 0 ? 1 : -1;  // of the size of sigma
+      residuals[0].push_back(
+          {pixel, kRegionalSigma_px * Eigen::Vector2d(mean + apart, apart), std::nullopt, kRegionalSigma_px, true});
+    }
+  };
+  put({450, 300}, 0.05, 400000);
+  put({10, 10}, 0.5, 3000);
+  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(890, 10), Eigen::Vector2d(10, 590), Eigen::Vector2d(890, 590)}) {
+    put(pixel, 0, 1000);
+  }
+  const auto tests = tests_of(residuals, {.corners = 10});
+  EXPECT_EQ(tests[0].worst_part, "middle");
+  EXPECT_LT(tests[0].rms_sigmas, kPatternSigmas);
+  EXPECT_TRUE(tests[0].pattern());
+}
+
 // So far out that every part's probability is 0 in double precision.
 TEST(RegionalTests, NameTheWorstOfPartsThatAreAllImpossible) {
   std::mt19937_64 random(7);

@@ -159,7 +159,10 @@ TEST(StartFromRig, WhatIsNotSeenAgainStaysKnown) {
     EXPECT_LE(after.matrix(at, at), before.matrix(row, row) * (1 + 1e-6)) << after.names[i];
     EXPECT_GT(after.matrix(at, at), 0) << after.names[i];
   }
+  // By which a later check tells whether they changed.
+  EXPECT_TRUE(calibrated_rig(*found).sigma_px.contains("cam0.corners"));
   const Verdict verdict = judge(leds, *found, 1);
+  EXPECT_THAT(verdict.notes, testing::Contains(HasSubstr("nothing was observed by cam0, proj0: the earlier rig's")));
   EXPECT_THAT(verdict.notes, testing::Not(testing::Contains(HasSubstr("scale's uncertainty is unknown"))));
   EXPECT_THAT(verdict.notes, testing::Not(testing::Contains(HasSubstr("extrapolated"))));
   EXPECT_THAT(verdict.reasons, testing::IsEmpty());

@@ -17,7 +17,7 @@ TEST(CalibrateVerb, ProcamCrossValidation) {
   const TemporaryFolder home;
   const ProgramRun run =
       run_program("calibrate '" CRUMPLE_SOURCE_DIR "/datasets/examples/procam.yaml' --images='" + images->string() +
-                  "' --cross_validate --json --out='" + (home / "rig").string() + "'");
+                  "' --cross_validate --nooverlays --noreport --json --out='" + (home / "rig").string() + "'");
   ASSERT_THAT(run.exit_code, testing::AnyOf(0, 4)) << run.err;
   const json document = json::parse(run.out);
   const json figures = document["cross_validation"];
