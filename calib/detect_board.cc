@@ -148,8 +148,7 @@ Expected<int> start_along(int found, int all, bool first_end_in_image, bool last
   if (first_end_in_image == last_end_in_image) {
     return fail(
         "only part of the board is visible and it cannot be told which, for it has no markers: show it whole, or cut "
-        "off "
-        "by the image's border at one end only");
+        "off by the image's border at one end only");
   }
   return first_end_in_image ? 0 : all - found;
 }

@@ -390,12 +390,14 @@ void judge_pitches(const CalibrationData& data, const Calibration& calibration, 
       const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(std::max(u_mm, 1e-9)))));
       const bool mistaken = std::abs(off) >= kPrintedPitch;
       (mistaken ? faults : notes)
-          .push_back(fmt::format("the pitch of board '{}' is off by {:+.3g} %: {:.6g} mm is stated, and measured by "
-                                 "bars and certificates it "
-                                 "is {:.{}f} mm (u = {:.2g} mm); {}",
-                                 board.name, 100 * off, stated_mm, size.scale * stated_mm, decimals, u_mm,
-                                 mistaken ? "correct it, or the length that is wrong of a bar or certificate"
-                                          : "a printer may do that, and what was measured counts"));
+          .push_back(
+              fmt::format("the pitch of board '{}' is off by {:+.3g} %: {:.6g} mm is stated, and measured by "
+                          "{} it is {:.{}f} mm (u = {:.2g} mm); {}",
+                          board.name, 100 * off, stated_mm,
+                          calibration.earlier ? "bars, certificates or the earlier rig" : "bars and certificates",
+                          size.scale * stated_mm, decimals, u_mm,
+                          mistaken ? "correct it, or the length that is wrong of a bar or certificate"
+                                   : "a printer may do that, and what was measured counts"));
     }
   }
 }

@@ -389,12 +389,21 @@ TEST(MovedSensor, IsNamedOfThreeTrackersThatSeeBoardsAfterwards) {
   EXPECT_THAT(moved->sentence, HasSubstr("track1 stood elsewhere from station station_5 on"));
 }
 
-// Nothing that stood still was seen both before and after: the two moved against each other.
-TEST(MovedSensor, IsOneOrTheOtherOfTwoTrackers) {
+// Two trackers that moved against each other between stations 4 and 5; of the LEDs the second one, which was pushed,
+// reads from then on those at `read_later` alone.
+MadeSystem knocked_reading(const std::set<std::size_t>& read_later) {
   MadeSystem made = make_system(quiet({.trackers = 2, .stations = 10, .placements = 2, .tracker_placements = 8}));
   see_boards_one_after_the_other(made, 2);
   knock(made, 2, kKnock, 5);
-  const CalibrationData data = data_of(made);
+  std::erase_if(made.observations.leds, [&](const LedView& view) {
+    return view.sensor == 2 && view.station && *view.station >= 5 && !read_later.contains(*view.station);
+  });
+  return made;
+}
+
+// Nothing that stood still was seen both before and after: the two moved against each other.
+TEST(MovedSensor, IsOneOrTheOtherOfTwoTrackers) {
+  const CalibrationData data = data_of(knocked_reading({5, 6, 7, 8, 9}));
   const auto found = calibrate(data, kFlat);
   ASSERT_TRUE(found) << found.error().message;
   const auto moved = find_moved_sensor(data, *found, 1);
@@ -407,18 +416,6 @@ TEST(MovedSensor, IsOneOrTheOtherOfTwoTrackers) {
   EXPECT_THAT(reasons.front(), AllOf(HasSubstr("either track"), HasSubstr("track0 stood elsewhere from station "),
                                      HasSubstr("track1 stood elsewhere from station ")));
   EXPECT_THAT(reasons, Each(Not(HasSubstr("cam0 was moved"))));
-}
-
-// Two trackers that moved against each other between stations 4 and 5; of the LEDs the second one, which was pushed,
-// reads from then on those at `read_later` alone.
-MadeSystem knocked_reading(const std::set<std::size_t>& read_later) {
-  MadeSystem made = make_system(quiet({.trackers = 2, .stations = 10, .placements = 2, .tracker_placements = 8}));
-  see_boards_one_after_the_other(made, 2);
-  knock(made, 2, kKnock, 5);
-  std::erase_if(made.observations.leds, [&](const LedView& view) {
-    return view.sensor == 2 && view.station && *view.station >= 5 && !read_later.contains(*view.station);
-  });
-  return made;
 }
 
 TEST(MovedSensor, IsOneOrTheOtherThoughOneReadNothingAtThatStation) {
