@@ -110,16 +110,17 @@ std::string pattern_section(const CalibrationFigures& figures, const Calibration
   return fmt::format(
              "<section id=\"patterns\">\n<h2>Patterns over the image</h2>\n<p>The mean residuals of an image's nine "
              "parts against what noise makes of them. A model that is enough leaves a chi-square about as large as its "
-             "degrees of freedom, and the probability of a larger one is not small. A pattern is spoken of where that "
+             "degrees of freedom (DoF), and the probability of a larger one is not small. A pattern is spoken of where "
+             "that "
              "is below {:g} and the means of all parts (RMS), or of the worst by itself, are {:g} of a reading's "
              "sigma.</p>\n",
              kPatternProbability, kPatternSigmas) +
          html_table({{"Group", true},
                      {"Parts"},
                      {"Chi-square"},
-                     {"Degrees of freedom"},
+                     {"DoF"},
                      {"Probability"},
-                     {"RMS of the means, sigmas"},
+                     {"RMS, sigmas"},
                      {"", true},
                      {"Worst part", true},
                      {"Its mean, px"},
