@@ -15,19 +15,28 @@ namespace {
 // its value less u at the middle. Nothing where they do not tell.
 std::optional<Eigen::Vector3d> plane_at(const cv::Mat& u, const cv::Mat& sigma, int x, int y) {
   constexpr int kReach = 3;
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  int count = 0, sum_i = 0, sum_j = 0, sum_ii = 0, sum_ij = 0, sum_jj = 0;
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   const double centre = u.at<double>(y, x);
-  for (int j = std::max(0, y - kReach); j <= std::min(u.rows - 1, y + kReach); ++j) {
-    for (int i = std::max(0, x - kReach); i <= std::min(u.cols - 1, x + kReach); ++i) {
-      if (sigma.at<float>(j, i) <= 0) continue;
-      const double rise = u.at<double>(j, i) - centre;
-      if (std::abs(rise) > 4 * kReach) continue;
-      const Eigen::Vector3d a(i - x, j - y, 1);
-      normal += a * a.transpose();
-      right += a * rise;
+  for (int row = std::max(0, y - kReach); row <= std::min(u.rows - 1, y + kReach); ++row) {
+    const auto* const values = u.ptr<double>(row);
+    const auto* const sigmas = sigma.ptr<float>(row);
+    const int j = row - y;
+    for (int column = std::max(0, x - kReach); column <= std::min(u.cols - 1, x + kReach); ++column) {
+      const double rise = values[column] - centre;
+      if (!(sigmas[column] > 0) || std::abs(rise) > 4 * kReach) continue;
+      const int i = column - x;
+      ++count;
+      sum_i += i;
+      sum_j += j;
+      sum_ii += i * i;
+      sum_ij += i * j;
+      sum_jj += j * j;
+      right += Eigen::Vector3d(i, j, 1) * rise;
     }
   }
+  Eigen::Matrix3d normal;
+  normal << sum_ii, sum_ij, sum_i, sum_ij, sum_jj, sum_j, sum_i, sum_j, count;
   if (normal(2, 2) < 10 || normal.determinant() < 1e-3 * normal(2, 2)) return std::nullopt;
   return Eigen::Vector3d(normal.inverse() * right);
 }

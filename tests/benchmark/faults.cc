@@ -4,11 +4,13 @@
 #include <cmath>
 #include <map>
 #include <regex>
+#include <set>
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 #include <nlohmann/json.hpp>
 
+#include "calib/image_parts.h"
 #include "calib/rig_check.h"
 #include "calib/swapped_axes.h"
 #include "calib/verdict.h"
@@ -35,6 +37,7 @@ struct Judged {
   bool named = false;           // the fault that is there
   bool beside_others = false;   // and only as one of several that cannot be told apart
   bool would_not_show = false;  // it was said that a fault of this size would not
+  bool true_gaps = false;       // all that was said: parts of images that truly nothing was observed in
   std::vector<std::string> reasons;
   std::vector<std::string> notes;
 
@@ -112,6 +115,40 @@ bool said_not_to_show(const FaultyCampaign& campaign, const std::vector<std::str
          campaign.moved_mm;
 }
 
+// Whether a sentence says of parts of a probe sensor's image that no view covers them, and in truth nothing was
+// observed there: by the corners and stripes as they were observed, columns and rows of a projector of the same camera
+// pixels.
+bool names_true_gaps(const FaultyCampaign& campaign, const std::string& sentence) {
+  static const std::regex gap("^no view covers (.*) of ([^ ]+): what is seen there");
+  std::smatch match;
+  if (!std::regex_search(sentence, match, gap)) return false;
+  const CalibrationData& data = campaign.data;
+  const auto named = std::find_if(data.sensors.begin(), data.sensors.end(),
+                                  [&](const SensorSpec& sensor) { return sensor.name == match[2]; });
+  const auto sensor = static_cast<std::size_t>(named - data.sensors.begin());
+  std::set<std::string> seen;
+  const auto add = [&](const Eigen::Vector2d& pixel) {
+    seen.insert(kImagePartNames.at(image_part(pixel, named->size)));
+  };
+  for (const CornerView& view : data.observations.corners) {
+    for (const Eigen::Vector2d& pixel : view.pixels) {
+      if (view.sensor == sensor) add(pixel);
+    }
+  }
+  const std::vector<StripeView>& stripes = data.observations.stripes;
+  for (std::size_t v = 0; v + 1 < stripes.size(); v += 2) {
+    for (std::size_t i = 0; i < stripes[v].coordinates_px.size(); ++i) {
+      if (stripes[v].projector == sensor) add({stripes[v].coordinates_px[i], stripes[v + 1].coordinates_px[i]});
+    }
+  }
+  static const std::regex part("the ([a-z]+( (left|right))?)( and |, |$)");
+  const std::string parts = match[1];
+  for (std::sregex_iterator at(parts.begin(), parts.end(), part), end; at != end; ++at) {
+    if (seen.contains((*at)[1])) return false;
+  }
+  return true;
+}
+
 Judged judge_campaign(Fault fault, unsigned seed) {
   const FaultyCampaign campaign = make_faulty(fault, seed);
   Judged judged;
@@ -126,6 +163,9 @@ Judged judge_campaign(Fault fault, unsigned seed) {
   judged.beside_others = judged.named && !std::all_of(campaign.named_by.begin(), campaign.named_by.end(),
                                                       [&](const std::string& e) { return said_alone(sentences, e); });
   judged.would_not_show = !judged.named && said_not_to_show(campaign, judged.notes);
+  judged.true_gaps = judged.said && !judged.fault_named &&
+                     std::all_of(judged.reasons.begin(), judged.reasons.end(),
+                                 [&](const std::string& reason) { return names_true_gaps(campaign, reason); });
   return judged;
 }
 
@@ -137,6 +177,7 @@ struct Tally {
   int named = 0;
   int beside_others = 0;
   int would_not_show = 0;
+  int true_gaps = 0;
 
   void add(const Judged& judged) {
     ++campaigns;
@@ -146,6 +187,7 @@ struct Tally {
     named += judged.named ? 1 : 0;
     beside_others += judged.beside_others ? 1 : 0;
     would_not_show += judged.would_not_show ? 1 : 0;
+    true_gaps += judged.true_gaps ? 1 : 0;
   }
 };
 
@@ -160,6 +202,7 @@ Json print_tally(const char* name, const Tally& tally) {
           {"something_said", tally.said},
           {"some_fault_named", tally.fault_named},
           {"either", tally.alarms},
+          {"true_gaps_only", tally.true_gaps},
           {"named", tally.named},
           {"named_beside_others", tally.beside_others},
           {"said_not_to_show", tally.would_not_show}};
@@ -204,8 +247,13 @@ int run() {
   for (const auto& [fault, tally] : tallies) rows.push_back(print_tally(name_of(fault), tally));
   rows.push_back(print_tally("all faults", all));
   if (const auto sound = tallies.find(Fault::none); sound != tallies.end()) {
-    fmt::print("\nfalse alarms, something said or a fault named in a note: {} of {} sound campaigns ({:.1f} %)\n",
-               sound->second.alarms, sound->second.campaigns, 100.0 * sound->second.alarms / sound->second.campaigns);
+    const auto& [campaigns, said, fault_named, alarms, named, beside_others, would_not_show, true_gaps] = sound->second;
+    const double share = 100.0 / campaigns;
+    fmt::print(
+        "\nsound campaigns of which something was said, or a fault named in a note: {} of {} ({:.1f} %)\n"
+        "of these, nothing but parts of images that in truth nothing was observed in: {}\n"
+        "false alarms, the others: {} ({:.1f} %)\n",
+        alarms, campaigns, alarms * share, true_gaps, alarms - true_gaps, (alarms - true_gaps) * share);
   }
   const auto text = json_text(Json{{"first_seed", FLAGS_first_seed}, {"rows", rows}});
   return text && write_file(FLAGS_out, *text) ? 0 : 1;
