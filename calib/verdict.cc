@@ -53,6 +53,11 @@ const GroupSummary& group_of(const BundleResult& bundle, const ViewSummary& view
   });
 }
 
+// Two significant digits, or all before the point.
+std::string two_digits(double value) {
+  return value >= 10 ? fmt::format("{:.0f}", value) : fmt::format("{:.2g}", value);
+}
+
 // Where the view was taken: of a probe that is moved about both what it saw and from where.
 std::string where(const Calibration& calibration, const ViewSummary& view) {
   const std::string place = place_name(calibration, view);
@@ -90,8 +95,8 @@ void judge_views(const Calibration& calibration, Verdict& verdict) {
     const bool out_of_step =
         view.kind == View::Kind::stripes && share > kBadViewOutliers && corners_are_good(calibration, view);
     verdict.reasons.push_back(fmt::format(
-        "{} is bad in {}: RMS {:.2f} px where {:.2f} px is usual, {:.0f} % of its {} left out; {}",
-        where(calibration, view), calibration.bundle.state.rig.sensors[view.sensor].name, view.rms_all_px, expected,
+        "{} is bad in {}: RMS {} px where {} px is usual, {:.0f} % of its {} left out; {}", where(calibration, view),
+        calibration.bundle.state.rig.sensors[view.sensor].name, two_digits(view.rms_all_px), two_digits(expected),
         100 * share, name_of(view.kind),
         out_of_step ? "its corners are good: camera and projector were out of step, or something moved between the "
                       "patterns; take it again"
@@ -233,9 +238,9 @@ void judge_earlier(const Calibration& calibration, std::vector<std::string>& rea
     const auto& sigmas = calibration.earlier->rig.sigma_px;
     const auto usual = sigmas.find(name);
     if (usual == sigmas.end() || !group.sigma_estimated || group.sigma_px < kNoisier * usual->second) continue;
-    reasons.push_back(fmt::format(
-        "{} scatter by {:.2f} px where {:.2f} px is usual of the earlier rig: is this another probe or tracker?", name,
-        group.sigma_px, usual->second));
+    reasons.push_back(
+        fmt::format("{} scatter by {} px where {} px is usual of the earlier rig: is this another probe or tracker?",
+                    name, two_digits(group.sigma_px), two_digits(usual->second)));
   }
 }
 

@@ -183,6 +183,35 @@ TEST(ScaleBar, TellsTheScaleThatBoardsDoNotKnow) {
   EXPECT_NEAR(added[1], 1e-6 - 1e-8, 2e-8);
 }
 
+// Across the bar and across both lines of sight the readings of its end have redundancy by the bar: either could be
+// left out, and both together, which would leave nothing to tell where the end is.
+TEST(ScaleBar, AnEndWhoseReadingsContradictEachOtherStays) {
+  MadeSystem made = make_system({.stations = 16, .bar_mm = 1100, .bar_places = 2});
+  const auto& leds = made.truth.rig.leds;
+  const auto end = std::find_if(leds.begin(), leds.end(), [](const Led& led) { return led.name == "bar1a"; });
+  ASSERT_NE(end, leds.end());
+  const auto number = static_cast<std::size_t>(end - leds.begin());
+  double off_px = 1.5;
+  std::size_t readings = 0;
+  for (LedView& view : made.observations.leds) {
+    const auto at = std::find(view.leds.begin(), view.leds.end(), number);
+    if (at == view.leds.end()) continue;
+    view.pixels[static_cast<std::size_t>(at - view.leds.begin())] += Eigen::Vector2d(off_px, off_px);
+    off_px = -off_px;
+    ++readings;
+  }
+  ASSERT_EQ(readings, 2u);
+  const auto result = refine(made.truth, made.observations, {.priors = {scale_bar(made, 1100, 0.01, 1e-3)}});
+  ASSERT_TRUE(result) << result.error().message;
+  const std::size_t first = result->views.size() - made.observations.leds.size();
+  for (std::size_t v = 0; v < made.observations.leds.size(); ++v) {
+    const auto& read = made.observations.leds[v].leds;
+    const auto at = std::find(read.begin(), read.end(), number);
+    if (at == read.end()) continue;
+    EXPECT_NE(result->views[first + v].inlier[static_cast<std::size_t>(at - read.begin())], 0);
+  }
+}
+
 // Lenses that two set-ups share are the same to the last bit, and better known than either alone would tell.
 TEST(MovedTrackers, ShareTheirLenses) {
   const MadeSystem made = make_system({.stations = 16, .room_leds = 6, .moved_trackers = true});
