@@ -362,8 +362,16 @@ void hold_gauge(const CalibrationState& state, const Views& views, std::set<Bloc
   if (!in_world) hold_first(BlockId::Kind::placement);
 }
 
+// By value, and not by distances from others only.
+bool told(const BlockId& block, const std::vector<Prior>& priors) {
+  return std::any_of(priors.begin(), priors.end(), [&](const Prior& prior) {
+    return std::any_of(prior.terms().begin(), prior.terms().end(),
+                       [&](const PriorTerm& term) { return term.block == block; });
+  });
+}
+
 // An LED that cannot be spared keeps its readings where fewer than two of them would stay: they contradict each other,
-// and nothing tells which is wrong.
+// and nothing tells which is wrong. Where a prior tells its place, that does.
 void keep_needed_leds(const Observations& observations, const BundleOptions& options,
                       std::vector<ViewWeights>& weights) {
   std::map<std::size_t, std::vector<char*>> readings;
@@ -373,7 +381,8 @@ void keep_needed_leds(const Observations& observations, const BundleOptions& opt
     for (std::size_t i = 0; i < leds.size(); ++i) readings[leds[i]].push_back(&weights[first + v].inlier[i]);
   }
   for (const auto& [led, inlier] : readings) {
-    if (options.dispensable_leds.contains(led) || options.held.contains({BlockId::Kind::led, led})) continue;
+    const BlockId block{BlockId::Kind::led, led};
+    if (options.dispensable_leds.contains(led) || options.held.contains(block) || told(block, options.priors)) continue;
     if (std::count_if(inlier.begin(), inlier.end(), [](const char* in) { return *in != 0; }) >= 2) continue;
     for (char* in : inlier) *in = 1;
   }

@@ -56,7 +56,7 @@ struct BundleOptions {
   std::set<BlockId> held = {};   // further blocks that keep their start, such as a lens known from elsewhere
   std::set<BlockId> freed = {};  // not held for the gauge, where a prior fixes the frame
   // LEDs and room targets left out as a whole where fewer than two readings agree; else they could not be determined.
-  // Others keep all their readings then: nothing tells which of them is wrong.
+  // Others keep all their readings then, unless a prior tells their place: nothing tells which of them is wrong.
   std::set<std::size_t> dispensable_leds = {};
   std::vector<Prior> priors = {};
   int threads = 1;
