@@ -362,32 +362,6 @@ void hold_gauge(const CalibrationState& state, const Views& views, std::set<Bloc
   if (!in_world) hold_first(BlockId::Kind::placement);
 }
 
-// By value, and not by distances from others only.
-bool told(const BlockId& block, const std::vector<Prior>& priors) {
-  return std::any_of(priors.begin(), priors.end(), [&](const Prior& prior) {
-    return std::any_of(prior.terms().begin(), prior.terms().end(),
-                       [&](const PriorTerm& term) { return term.block == block; });
-  });
-}
-
-// An LED that cannot be spared keeps its readings where fewer than two of them would stay: they contradict each other,
-// and nothing tells which is wrong. Where a prior tells its place, that does.
-void keep_needed_leds(const Observations& observations, const BundleOptions& options,
-                      std::vector<ViewWeights>& weights) {
-  std::map<std::size_t, std::vector<char*>> readings;
-  const std::size_t first = weights.size() - observations.leds.size() - observations.overlaps.size();
-  for (std::size_t v = 0; v < observations.leds.size(); ++v) {
-    const std::vector<std::size_t>& leds = observations.leds[v].leds;
-    for (std::size_t i = 0; i < leds.size(); ++i) readings[leds[i]].push_back(&weights[first + v].inlier[i]);
-  }
-  for (const auto& [led, inlier] : readings) {
-    const BlockId block{BlockId::Kind::led, led};
-    if (options.dispensable_leds.contains(led) || options.held.contains(block) || told(block, options.priors)) continue;
-    if (std::count_if(inlier.begin(), inlier.end(), [](const char* in) { return *in != 0; }) >= 2) continue;
-    for (char* in : inlier) *in = 1;
-  }
-}
-
 bool has_prior(const BlockId& block, const std::vector<Prior>& priors) {
   return std::any_of(priors.begin(), priors.end(), [&](const Prior& prior) {
     return std::find(prior.blocks().begin(), prior.blocks().end(), block) != prior.blocks().end();
@@ -412,7 +386,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     weights.push_back(
         {1, inflation_of(view->kind(), options), std::vector<char>(static_cast<std::size_t>(view->size()), 1)});
   }
-  DispensableLeds dispensable(observations, options.dispensable_leds, options.held);
+  DispensableLeds dispensable(observations, options.dispensable_leds, options.held, options.priors);
   dispensable.settle(false, weights, held);
   Parameters parameters(state, views, held, options.priors);
 
@@ -424,7 +398,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     const auto at = linearise(views, weights, equations, state, options);
     if (!at) return tl::unexpected(at.error());
     gate_outliers(views, *at, gates_of(views, {}, options.gate), dispensable, true, weights);
-    keep_needed_leds(observations, options, weights);
+    dispensable.keep_needed(weights);
     settle_untold_poses(views, observations, true, weights, state, held);
     if (dispensable.settle(true, weights, held)) parameters = Parameters(state, views, held, options.priors);
   }
@@ -444,7 +418,7 @@ Expected<BundleResult> refine(const CalibrationState& start, const Observations&
     bool other_blocks = false;
     if (options.reject_outliers) {
       gate_outliers(views, *at, gates, dispensable, round < kReadmittingRounds, next);
-      keep_needed_leds(observations, options, next);
+      dispensable.keep_needed(next);
       const bool try_again = round < kRetrialRounds;
       const bool fewer = dispensable.settle(try_again, next, held);
       const bool other_poses = settle_untold_poses(views, observations, try_again, next, state, held);

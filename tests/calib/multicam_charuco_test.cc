@@ -274,6 +274,21 @@ std::vector<double> stored_rms_px(const std::vector<Sensor>& cameras, const std:
   return rms;
 }
 
+// Those that the calibration accepted.
+std::vector<SeenCorner> accepted_corners(const CalibrationData& data, const Calibration& calibration) {
+  std::vector<SeenCorner> accepted;
+  for (const ViewSummary& summary : calibration.bundle.views) {
+    const std::string& moment = calibration.placement_names[summary.placement.value()];
+    const auto view = std::find_if(
+        data.observations.corners.begin(), data.observations.corners.end(),
+        [&](const CornerView& v) { return v.sensor == summary.sensor && data.placement_names[v.placement] == moment; });
+    for (std::size_t i = 0; i < summary.inlier.size(); ++i) {
+      if (summary.inlier[i]) accepted.push_back({std::stoi(moment), summary.sensor, view->corners[i], view->pixels[i]});
+    }
+  }
+  return accepted;
+}
+
 class MulticamCharuco : public testing::Test {
  protected:
   void SetUp() override {
@@ -282,11 +297,13 @@ class MulticamCharuco : public testing::Test {
     if (!python_has("tomllib")) GTEST_SKIP() << "SKIPPED: Debian's python3 is not installed";
     corners_ = seen_corners(*folder / "calibration/extrinsic/CHARUCO/xy_CHARUCO.csv");
     stored_ = stored_cameras(*folder / "camera_array.toml");
-    stored_rms_ = stored_rms_px(stored_, corners_, *folder / "calibration/extrinsic/CHARUCO/xyz_CHARUCO.csv");
+    points_ = *folder / "calibration/extrinsic/CHARUCO/xyz_CHARUCO.csv";
+    stored_rms_ = stored_rms_px(stored_, corners_, points_);
   }
 
   std::vector<SeenCorner> corners_;
   std::vector<Sensor> stored_;
+  std::filesystem::path points_;
   std::vector<double> stored_rms_;
 };
 
@@ -297,14 +314,20 @@ TEST_F(MulticamCharuco, TheStoredSolutionIsAsDescribed) {
 }
 
 TEST_F(MulticamCharuco, ReprojectsWellBelowTheStoredSolution) {
-  const auto calibration = calibrate(data_of(corners_), {});
+  const CalibrationData data = data_of(corners_);
+  const auto calibration = calibrate(data, {});
   ASSERT_TRUE(calibration) << calibration.error().message;
   ASSERT_EQ(calibration->bundle.groups.size(), kCameras);
+  const std::vector<double> stored_of_accepted = stored_rms_px(stored_, accepted_corners(data, *calibration), points_);
   for (const GroupSummary& group : calibration->bundle.groups) {
+    RecordProperty("cam" + std::to_string(group.sensor) + "_stored_rms_of_accepted_px",
+                   std::to_string(stored_of_accepted[group.sensor]));
     RecordProperty("cam" + std::to_string(group.sensor) + "_rms_px", std::to_string(group.rms_px));
     RecordProperty("cam" + std::to_string(group.sensor) + "_rms_all_px", std::to_string(group.rms_all_px));
     if (group.sensor == kOddCamera) continue;
     EXPECT_LT(group.rms_px, 0.7 * stored_rms_[group.sensor]) << group.sensor;
+    // Of the same corners. The last camera's come to 0.97 and 1.14; by itself, with a board for each view, to 0.89.
+    EXPECT_LT(group.rms_px, (group.sensor == 3 ? 0.9 : 0.5) * stored_of_accepted[group.sensor]) << group.sensor;
     EXPECT_LT(static_cast<double>(group.outliers), 0.05 * static_cast<double>(group.observations)) << group.sensor;
   }
   const Verdict verdict = judge(*calibration);
