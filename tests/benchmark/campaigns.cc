@@ -165,7 +165,8 @@ int run() {
                                {"refused_rank_deficient", refused_rightly},
                                {"refused_full_rank", refused_wrongly},
                                {"missed", missed}});
-  return text && write_file(FLAGS_out, *text) ? 0 : 1;
+  const bool written = text && write_file(FLAGS_out, *text);
+  return written && missed == 0 && refused_wrongly == 0 ? 0 : 1;
 }
 
 }  // namespace

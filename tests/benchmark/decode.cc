@@ -79,8 +79,8 @@ int run() {
   const std::vector<cv::Mat> frames = in_their_order(images);
   std::vector<cv::Mat> decoded(2);
   cv::Mat theirs(images.white.size(), CV_32SC2, cv::Scalar(-1, -1));
-  const auto ours = [&] {
-    cv::setNumThreads(FLAGS_threads);
+  const auto ours = [&](int threads) {
+    cv::setNumThreads(threads);
     return seconds_of([&] {
       for (std::size_t stack = 0; stack < 2; ++stack) {
         decoded[stack] = decode_stripes(images, stack, everywhere, {})->stripe;
@@ -99,10 +99,14 @@ int run() {
       }
     });
   };
-  const std::string name = fmt::format("decode 40 frames of 1024x768, {} threads", FLAGS_threads);
-  const BenchRow row = in_turns(name, "OpenCV 4.6 getProjPixel loop", FLAGS_turns, ours, peer);
-  compare(decoded, theirs);
-  report("decode", {row});
+  std::vector<BenchRow> rows;
+  for (const int threads : {FLAGS_threads, 1}) {
+    const std::string name = fmt::format("decode 40 frames of 1024x768, {} thread{}", threads, threads == 1 ? "" : "s");
+    rows.push_back(in_turns(
+        name, "OpenCV 4.6 getProjPixel loop", FLAGS_turns, [&] { return ours(threads); }, peer));
+    compare(decoded, theirs);
+  }
+  report("decode", rows);
   return 0;
 }
 

@@ -2,13 +2,33 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace crumple {
+namespace {
+
+// What the figures hang on besides the code.
+std::string date_and_machine() {
+  std::string processor = "unknown processor";
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    if (!line.starts_with("model name")) continue;
+    processor = line.substr(line.find(':') + 2);
+    break;
+  }
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%Y-%m-%d}, {}, {} processors, GCC {}", fmt::gmtime(now), processor,
+                     std::thread::hardware_concurrency(), __VERSION__);
+}
+
+}  // namespace
 
 double seconds_of(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -29,6 +49,8 @@ BenchRow in_turns(const std::string& name, const std::string& peer, int turns, c
 
 void report(const std::string& name, const std::vector<BenchRow>& rows) {
   nlohmann::ordered_json json;
+  const std::string measured = date_and_machine();
+  json["measured"] = measured;
   json["rows"] = nlohmann::ordered_json::array();
   fmt::print("| work | peer | ours, s | peer, s | ratio |\n|---|---|---|---|---|\n");
   for (const BenchRow& row : rows) {
@@ -44,6 +66,7 @@ void report(const std::string& name, const std::vector<BenchRow>& rows) {
     }
     json["rows"].push_back(entry);
   }
+  fmt::print("\nMeasured {}.\n", measured);
   std::filesystem::create_directories("out/bench");
   std::ofstream("out/bench/" + name + ".json") << json.dump(2) << '\n';
 }
