@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "calib/lens_prior.h"
 #include "datasets/formats/foreign_rig.h"
 #include "datasets/npz_archive.h"
 
@@ -145,7 +146,9 @@ void add_cameras(const std::vector<Sensor>& cameras, double mm_per_unit, NpzArch
   archive.add("extrinsics_rt_fromref", {cameras.size() - 1, 6}, extrinsics);
   archive.add_flag("do_optimize_intrinsics_core", !lens.splined());  // the control points can take it over
   archive.add_flag("do_optimize_intrinsics_distortions", true);
-  archive.add_flag("do_apply_regularization", lens.parameter_count() > 9);
+  CalibrationState alone;
+  alone.rig.sensors = cameras;
+  archive.add_flag("do_apply_regularization", !lens_priors(alone).empty());
 }
 
 void add_board(const PlacedBoard& board, double mm_per_unit, NpzArchive& archive) {
