@@ -142,6 +142,18 @@ std::set<BlockId> parts_of(const CalibrationState& state) {
   return parts;
 }
 
+// With the certificates and bars alone that count beside an earlier rig: those of boards and LEDs that it does not
+// know.
+CalibrationData newly_certified(CalibrationData data, const Rig& earlier) {
+  const std::set<std::string> rows(earlier.covariance.names.begin(), earlier.covariance.names.end());
+  for (BoardSpec& board : data.boards) {
+    if (rows.contains(board.name + ".scale")) board.certificate.reset();
+  }
+  std::erase_if(data.bars,
+                [&](const ScaleBar& bar) { return knows_led(earlier, data.leds[bar.places.front().first].name); });
+  return data;
+}
+
 // What an earlier rig knows; certificates only of boards and bars that it does not.
 Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlier, const CalibrationState& start,
                            BundleOptions& options) {
@@ -162,15 +174,20 @@ Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlie
   for (std::size_t l = 0; l < start.rig.leds.size(); ++l) {
     if (knows_led(earlier.rig, start.rig.leds[l].name) && keeps("leds")) options.held.insert({BlockId::Kind::led, l});
   }
-  const std::set<std::string> rows(earlier.rig.covariance.names.begin(), earlier.rig.covariance.names.end());
-  CalibrationData unknown = data;
-  for (BoardSpec& board : unknown.boards) {
-    if (rows.contains(board.name + ".scale")) board.certificate.reset();
+  for (Prior& prior : scale_priors(newly_certified(data, earlier.rig), start)) {
+    options.priors.push_back(std::move(prior));
   }
-  std::erase_if(unknown.bars,
-                [&](const ScaleBar& bar) { return knows_led(earlier.rig, data.leds[bar.places.front().first].name); });
-  for (Prior& prior : scale_priors(unknown, start)) options.priors.push_back(std::move(prior));
   return {};
+}
+
+// By certificates and bars or, where there are none, by what an earlier rig knows. What that lacks stays missing.
+std::optional<ScaleUncertainty> known_scale(const CalibrationData& data, const std::optional<EarlierRig>& earlier,
+                                            const BundleResult& bundle) {
+  std::optional<ScaleUncertainty> scale = scale_uncertainty(data, bundle);
+  if (!earlier) return scale;
+  if (!scale) scale = scale_uncertainty(rig_covariance(bundle));
+  if (scale) scale->lacks = scale_lacks(newly_certified(data, earlier->rig), earlier->rig.scale_lacks);
+  return scale;
 }
 
 template <typename V>
@@ -236,9 +253,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
   add_weighting(data.observations, bundle_options, *calibration);
-  calibration->scale = scale_uncertainty(data, calibration->bundle);
-  if (!calibration->scale && options.earlier)
-    calibration->scale = scale_uncertainty(rig_covariance(calibration->bundle));
+  calibration->scale = known_scale(data, options.earlier, calibration->bundle);
   calibration->earlier = options.earlier;
   return calibration;
 }
@@ -269,6 +284,7 @@ Rig calibrated_rig(const Calibration& calibration) {
   for (const GroupSummary& group : calibration.bundle.groups) {
     rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;
   }
+  if (calibration.scale) rig.scale_lacks = calibration.scale->lacks;
   return rig;
 }
 

@@ -4,7 +4,7 @@
 //
 // Or from an earlier rig with its covariance (calib/start_from_rig.h): its sensors and LEDs are known then, and what
 // the new observations say of them is weighed against that. Boards and bars of the same name are the same ones: their
-// certificates were counted when the rig was made, and are not counted again.
+// certificates were counted when the rig was made, and are not counted again. What the rig's scale lacks stays missing.
 //
 // Lens terms that observations can hardly tell apart have weak priors (calib/lens_prior.h), beside the priors given.
 //
@@ -83,7 +83,7 @@ CalibrationData without_placement(const CalibrationData& data, std::size_t place
 RigCovariance rig_covariance(const BundleResult& bundle);
 
 // The estimated rig with its covariance and each group's sigma. It holds the scale's share where a certificate tells
-// it.
+// it, and what that share lacks.
 Rig calibrated_rig(const Calibration& calibration);
 
 }  // namespace crumple

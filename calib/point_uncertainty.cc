@@ -15,6 +15,7 @@
 #include "solvers/decompositions.h"
 #include "solvers/parallel.h"
 #include "solvers/parameters.h"
+#include "solvers/rig_covariance.h"
 
 namespace crumple {
 namespace {
@@ -58,8 +59,6 @@ void multiply(const Row& row, const RowMajorMatrix& root, Eigen::Ref<Eigen::RowV
   result.head(root.cols()).noalias() = row * root;
   result.tail(result.size() - root.cols()).setZero();
 }
-
-bool is_scale(const std::string& name) { return name.ends_with(".scale"); }
 
 Expected<void> check_view(const Rig& rig, const StationPoses& poses, const MeasuredView& view) {
   const bool there = view.camera < rig.sensors.size() && view.projector < rig.sensors.size();

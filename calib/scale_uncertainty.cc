@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "solvers/parameters.h"
+#include "solvers/rig_covariance.h"
 
 namespace crumple {
 namespace {
 
-constexpr const char* kOfEarlier = "it is the earlier rig's, which does not record what it lacks";
 constexpr double kWithoutCertificate = 0.05;  // of its size
 
 std::set<std::size_t> used(const std::vector<std::size_t>& board_of) { return {board_of.begin(), board_of.end()}; }
@@ -64,18 +67,27 @@ std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const Bu
   return scales;
 }
 
+std::vector<std::string> scale_lacks(const CalibrationData& data, std::vector<std::string> known) {
+  const auto add = [&](const BoardCertificate& certificate, const std::string& owner) {
+    for (std::string& lack : missing_in(certificate, owner, data.temperature)) {
+      if (std::find(known.begin(), known.end(), lack) == known.end()) known.push_back(std::move(lack));
+    }
+  };
+  for (const std::size_t b : used(data.board_of)) {
+    const BoardSpec& board = data.boards[b];
+    if (board.certificate) add(*board.certificate, fmt::format("board '{}'", board.name));
+  }
+  for (const ScaleBar& bar : data.bars) add(bar.certificate, fmt::format("scale bar '{}'", bar.name));
+  return known;
+}
+
 std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle) {
-  std::vector<std::string> missing;  // of each certificate
-  for (const std::size_t b : used(data.board_of)) {
-    if (data.boards[b].certificate) missing.push_back(missing_in(*data.boards[b].certificate, data.temperature));
-  }
-  for (const ScaleBar& bar : data.bars) missing.push_back(missing_in(bar.certificate, data.temperature));
-  if (missing.empty() || data.board_of.empty()) return std::nullopt;
-  ScaleUncertainty largest;
-  for (const std::string& lacks : missing) {
-    if (largest.missing.empty()) largest.missing = lacks;
-  }
-  for (const std::size_t b : used(data.board_of)) {
+  const std::set<std::size_t> boards = used(data.board_of);
+  const bool certified =
+      std::any_of(boards.begin(), boards.end(), [&](std::size_t b) { return data.boards[b].certificate.has_value(); });
+  if (boards.empty() || (!certified && data.bars.empty())) return std::nullopt;
+  ScaleUncertainty largest{0, scale_lacks(data)};
+  for (const std::size_t b : boards) {
     const double variance = bundle.covariance.of({scale_of(b).block}, bundle.state)(0, 0);
     largest.relative = std::max(largest.relative, std::sqrt(variance));
   }
@@ -85,10 +97,10 @@ std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, c
 std::optional<ScaleUncertainty> scale_uncertainty(const RigCovariance& covariance) {
   std::optional<ScaleUncertainty> largest;
   for (std::size_t i = 0; i < covariance.names.size(); ++i) {
-    if (!covariance.names[i].ends_with(".scale")) continue;
+    if (!is_scale(covariance.names[i])) continue;
     const auto row = static_cast<Eigen::Index>(i);
     const double relative = std::sqrt(covariance.matrix(row, row));
-    if (!largest || relative > largest->relative) largest = {relative, kOfEarlier};
+    if (!largest || relative > largest->relative) largest = ScaleUncertainty{relative};
   }
   return largest;
 }

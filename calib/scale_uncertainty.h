@@ -23,8 +23,8 @@
 namespace crumple {
 
 struct ScaleUncertainty {
-  double relative = 0;  // standard uncertainty
-  std::string missing;  // what it does not contain, in words; empty where it is complete
+  double relative = 0;                  // standard uncertainty
+  std::vector<std::string> lacks = {};  // what it does not contain, in words; empty where it is complete
 };
 
 inline constexpr const char* kWeakScale = "scale.weak";  // the weak prior's name
@@ -44,12 +44,14 @@ struct MeasuredScale {
 // Of the boards that were used, in their order.
 std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const BundleResult& bundle);
 
+// What the certificates of the boards that were used and of the bars lack, behind `known`; each once.
+std::vector<std::string> scale_lacks(const CalibrationData& data, std::vector<std::string> known = {});
+
 // Of the boards that were used, the largest after the refinement; none without any, and where no certificate and no bar
 // tells it.
 std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle);
 
-// That the lengths of a rig contain, by its covariance. What it lacks is not kept there, and that is said to be
-// missing.
+// That the lengths of a rig contain, by its covariance. What it lacks is not told there, but by the rig itself.
 std::optional<ScaleUncertainty> scale_uncertainty(const RigCovariance& covariance);
 
 }  // namespace crumple

@@ -337,8 +337,9 @@ void note_scale(const Calibration& calibration, std::vector<std::string>& notes)
     notes.push_back(
         "the scale's uncertainty is unknown, and no length's uncertainty contains it: state a board's certificate, or "
         "show a scale bar");
-  } else if (!calibration.scale->missing.empty()) {
-    notes.push_back(fmt::format("the scale's uncertainty is not complete: {}", calibration.scale->missing));
+  } else if (!calibration.scale->lacks.empty()) {
+    notes.push_back(
+        fmt::format("the scale's uncertainty is not complete: {}", fmt::join(calibration.scale->lacks, "; ")));
   }
 }
 

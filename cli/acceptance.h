@@ -13,6 +13,12 @@
 // PS, SD and E have their expanded uncertainties (k = 2) with the certificate's in them; beyond those the prediction
 // has failed.
 //
+// A limit is kept where the observed value lies below it by 1.645 standard uncertainties of the certificate at least,
+// exceeded where it lies above by as much, and undecided between (ISO 14253-1: one in twenty; the test value's
+// uncertainty is the artefact's, ISO/TS 23165, since what the instrument errs by is what is tested). Certificates of
+// spheres and plates state no form, which counts as none. Positions are counted: part 2 asks for ten of a sphere, seven
+// of a ball bar and six of a plate, and a test with fewer is said to be a reduced one.
+//
 // Part 3 asks for five views or more to be merged; how many stations measured an artefact is told with it.
 #pragma once
 
@@ -22,7 +28,7 @@ namespace crumple {
 
 struct AcceptanceReport {
   MeasurementReport report;
-  bool accepted = true;  // no stated limit is exceeded
+  bool accepted = true;  // all stated limits are kept
 };
 
 Expected<AcceptanceReport> acceptance_report(const MeasuredCloud& cloud, const AcceptancePlan& plan);

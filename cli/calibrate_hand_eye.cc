@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
@@ -17,6 +19,7 @@
 DEFINE_string(invert, "",
               "with --hand_eye, whose poses map the fixed frame into the moving one and are to be inverted: hand, eye, "
               "or hand,eye");
+DEFINE_bool(paired, false, "with --hand_eye: the poses of both files belong together line by line; no times are used");
 
 namespace crumple {
 namespace {
@@ -39,13 +42,49 @@ Expected<void> check_flags() {
   return {};
 }
 
+bool is_inverted(const std::string& role) {
+  const std::vector<std::string> inverted = parse_names(FLAGS_invert);
+  return std::find(inverted.begin(), inverted.end(), role) != inverted.end();
+}
+
 Expected<PoseStream> read_stream(const std::string& file, const std::string& role) {
   auto stream = read_pose_stream(file);
-  const std::vector<std::string> inverted = parse_names(FLAGS_invert);
-  if (!stream || std::find(inverted.begin(), inverted.end(), role) == inverted.end()) return stream;
+  if (!stream || !is_inverted(role)) return stream;
   std::vector<StampedPose> poses = stream->poses();
   for (StampedPose& pose : poses) pose.fixed_from_moving = pose.fixed_from_moving.inverse();
   return PoseStream::create(poses);
+}
+
+Expected<std::vector<Pose>> read_list(const std::string& file, const std::string& role) {
+  auto poses = read_pose_list(file);
+  if (!poses || !is_inverted(role)) return poses;
+  for (Pose& pose : *poses) pose = pose.inverse();
+  return poses;
+}
+
+Expected<std::optional<PairedStreams>> read_streams(const std::string& hand_file, const std::string& eye_file) {
+  auto hand = read_stream(hand_file, "hand");
+  if (!hand) return tl::unexpected(hand.error());
+  auto eye = read_stream(eye_file, "eye");
+  if (!eye) return tl::unexpected(eye.error());
+  return std::optional<PairedStreams>(std::in_place, std::move(*hand), std::move(*eye));
+}
+
+// --paired.
+Expected<std::vector<PosePair>> read_pairs(const std::string& hand_file, const std::string& eye_file) {
+  const auto hand = read_list(hand_file, "hand");
+  if (!hand) return tl::unexpected(hand.error());
+  const auto eye = read_list(eye_file, "eye");
+  if (!eye) return tl::unexpected(eye.error());
+  if (hand->size() != eye->size()) {
+    return fail(fmt::format("{} has {} poses and {} has {}: with --paired they belong together line by line", hand_file,
+                            hand->size(), eye_file, eye->size()));
+  }
+  std::vector<PosePair> pairs;
+  for (std::size_t i = 0; i < hand->size(); ++i) {
+    pairs.push_back({static_cast<double>(i), (*hand)[i], (*eye)[i], {}, {}});
+  }
+  return pairs;
 }
 
 }  // namespace
@@ -56,28 +95,28 @@ Expected<VerbResult> run_calibrate_hand_eye(const VerbContext& context) {
     return usage_error("--hand_eye takes two files: the hand's poses and the eye's");
   }
   if (const auto sound = check_flags(); !sound) return usage_error(sound.error().message);
-  auto hand = read_stream(context.inputs[0], "hand");
-  if (!hand) return tl::unexpected(hand.error());
-  auto eye = read_stream(context.inputs[1], "eye");
-  if (!eye) return tl::unexpected(eye.error());
+  const std::string &hand = context.inputs[0], &eye = context.inputs[1];
+  const auto pairs = FLAGS_paired ? read_pairs(hand, eye) : Expected<std::vector<PosePair>>();
+  if (!pairs) return tl::unexpected(pairs.error());
+  const auto streams = FLAGS_paired ? Expected<std::optional<PairedStreams>>() : read_streams(hand, eye);
+  if (!streams) return tl::unexpected(streams.error());
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
-  const PairedStreams streams(std::move(*hand), std::move(*eye));
-  const auto calibration = calibrate_hand_eye(streams);
+  const auto calibration = *streams ? calibrate_hand_eye(**streams) : calibrate_hand_eye(*pairs);
   if (!calibration) {
-    return fail(fmt::format("{} and {}: {}", context.inputs[0], context.inputs[1], calibration.error().message));
+    return fail(fmt::format("{} and {}: {}", hand, eye, calibration.error().message));
   }
   const HandEyeVerdict verdict = judge(*calibration);
   VerbResult result;
   result.exit_code = verdict.ok ? ExitCode::done : ExitCode::not_trusted;
-  result.document = hand_eye_summary(*calibration, streams, verdict);
+  result.document = hand_eye_summary(*calibration, *streams, verdict);
   result.text = hand_eye_text(*calibration, verdict);
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto summary = json_text(result.document);
   if (!summary) return tl::unexpected(summary.error());
   if (auto done = write_hand_eye(folder->path(), calibration->fit); !done) return tl::unexpected(done.error());
   if (auto done = write_file(*folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
-  if (auto done = commit_with_record(*folder, context, {context.inputs[0], context.inputs[1]}); !done) {
+  if (auto done = commit_with_record(*folder, context, {hand, eye}); !done) {
     return tl::unexpected(done.error());
   }
   return result;

@@ -1,4 +1,4 @@
-// `crumple calibrate --hand_eye`: two streams of poses -> the eye's pose on the hand.
+// `crumple calibrate --hand_eye`: two streams of poses, or with --paired two lists -> the eye's pose on the hand.
 #pragma once
 
 #include "cli/verb.h"

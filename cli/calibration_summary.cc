@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace crumple {
 namespace {
@@ -160,8 +161,8 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
   summary["scale_uncertainty"] = calibration.scale
                                      ? json(calibration.scale->relative)
                                      : json("unknown: no board has a certificate, and there is no scale bar");
-  if (calibration.scale && !calibration.scale->missing.empty()) {
-    summary["scale_uncertainty_lacks"] = calibration.scale->missing;
+  if (calibration.scale && !calibration.scale->lacks.empty()) {
+    summary["scale_uncertainty_lacks"] = fmt::format("{}", fmt::join(calibration.scale->lacks, "; "));
   }
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
     summary["sensors"][state.rig.sensors[s].name] = sensor_json(calibration, s);
@@ -233,8 +234,8 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
   if (!calibration.scale)
     return text + "scale uncertainty: unknown, no board has a certificate and there is no scale bar\n";
   text += fmt::format("scale: relative uncertainty {:.3g} (k = 1) by certificates", calibration.scale->relative);
-  const std::string& missing = calibration.scale->missing;
-  return text + (missing.empty() ? "\n" : fmt::format("; it lacks a part, for {}\n", missing));
+  const std::vector<std::string>& lacks = calibration.scale->lacks;
+  return text + (lacks.empty() ? "\n" : fmt::format("; it is not complete: {}\n", fmt::join(lacks, "; ")));
 }
 
 json cross_validation_summary(const CrossValidation& validation) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "calib/point_uncertainty.h"
 #include "datasets/stations_file.h"
@@ -76,13 +77,20 @@ void CloudUncertainty::add_columns(Cloud& cloud, int threads) {
   }
   const float by_calibration = median_of(calibration.values), by_station = median_of(station.values),
               by_decoding = median_of(std::move(decoding));
+  const bool scale_known = uncertainty->scale_variables() > 0;
   summary_ = {{"median_calibration_mm", by_calibration},
               {"median_station_mm", by_station},
               {"median_decoding_mm", by_decoding},
-              {"scale_known", uncertainty->scale_variables() > 0}};
-  text_ = fmt::format("a point's u (k = 1, median): calibration {:.4f} mm, station {:.4f} mm, decoding {:.4f} mm{}\n",
-                      by_calibration, by_station, by_decoding,
-                      uncertainty->scale_variables() > 0 ? "" : "; that of the scale is unknown and not in it");
+              {"scale_known", scale_known}};
+  text_ = fmt::format("a point's u (k = 1, median): calibration {:.4f} mm, station {:.4f} mm, decoding {:.4f} mm",
+                      by_calibration, by_station, by_decoding);
+  if (!scale_known) {
+    text_ += "; that of the scale is unknown and not in it";
+  } else if (!rig_.scale_lacks.empty()) {
+    summary_["scale_lacks"] = rig_.scale_lacks;
+    text_ += fmt::format("; that of the scale is not complete: {}", fmt::join(rig_.scale_lacks, "; "));
+  }
+  text_ += "\n";
   cloud.columns.push_back(std::move(calibration));
   cloud.columns.push_back(std::move(station));
 }

@@ -12,7 +12,9 @@
 #include "datasets/nearest_name.h"
 
 DEFINE_string(out, "", "folder to write; must not exist unless --overwrite is given");
-DEFINE_bool(overwrite, false, "replace the output folder, if it is one that Crumple wrote");
+DEFINE_bool(overwrite, false,
+            "replace the output folder, if it is one that Crumple wrote; with check, a bag's tag files");
+DEFINE_bool(bag, false, "make a BagIt bag: the capture in data/, with the digests of all its files beside it");
 DEFINE_bool(json, false, "print one JSON document instead of text");
 DEFINE_string(images, "", "folder with the capture's images; empty: the one the description names, or its own");
 DEFINE_int32(threads, 0, "threads to compute with; 0: as many as there are processors; the result is the same");

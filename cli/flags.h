@@ -19,6 +19,7 @@
 // Flags of more than one verb (gflags aborts where a name is defined twice, so these live in flags.cc).
 DECLARE_string(out);
 DECLARE_bool(overwrite);
+DECLARE_bool(bag);
 DECLARE_bool(json);
 DECLARE_string(images);
 DECLARE_int32(threads);

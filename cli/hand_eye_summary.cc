@@ -50,7 +50,7 @@ nlohmann::json start_json(const HandEyeCalibration& calibration) {
 
 }  // namespace
 
-nlohmann::json hand_eye_summary(const HandEyeCalibration& calibration, const PairedStreams& streams,
+nlohmann::json hand_eye_summary(const HandEyeCalibration& calibration, const std::optional<PairedStreams>& streams,
                                 const HandEyeVerdict& verdict) {
   const HandEyeFit& fit = calibration.fit;
   nlohmann::json json{{"schema", "crumple-hand-eye-summary/1"},
@@ -68,8 +68,11 @@ nlohmann::json hand_eye_summary(const HandEyeCalibration& calibration, const Pai
                         {"hand_share", fit.noise.hand_share}}},
                       {"correlation_inflation", fit.correlation_inflation},
                       {"start", start_json(calibration)},
-                      {"hand", stream_json(streams.hand())},
-                      {"eye", stream_json(streams.eye())}};
+                      {"paired", !streams.has_value()}};
+  if (streams) {
+    json["hand"] = stream_json(streams->hand());
+    json["eye"] = stream_json(streams->eye());
+  }
   if (calibration.offset) {
     json["time_offset"] = {{"offset_s", fit.state.offset_s},
                            {"sigma_s", std::sqrt(fit.covariance(12, 12))},
@@ -98,6 +101,8 @@ std::string hand_eye_text(const HandEyeCalibration& calibration, const HandEyeVe
     text +=
         fmt::format("time offset: {:.3f} +- {:.3f} ms (hand time = eye time + offset; correlation {:.3f})\n",
                     1e3 * fit.state.offset_s, 1e3 * std::sqrt(fit.covariance(12, 12)), calibration.offset->correlation);
+  } else {
+    text += "paired: the poses of both files belong together line by line, whatever their times\n";
   }
   text += fmt::format(
       "board scatter: {:.3f} mm, {:.3f} deg RMS, median {:.3f} mm; over all pairs {:.3f} mm, {:.3f} deg\n",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -11,9 +12,13 @@
 #include "cli/progress.h"
 #include "datasets/led_images.h"
 #include "solvers/parallel.h"
+#include "tracking/constellation.h"
+#include "tracking/stillness.h"
 
 namespace crumple {
 namespace {
+
+constexpr const char* kAllTrackers = "all trackers";
 
 // One tracker at one station.
 struct LightSight {
@@ -70,6 +75,31 @@ class RoomLeds {
   const Capture& capture_;
   std::map<std::size_t, std::vector<Place>> places_;
 };
+
+// Stations at which the probe or a tracker moved between two readings of the words, by name: the mean of the readings
+// is of no place at which anything stood.
+std::set<std::string> stations_that_moved(const Capture& capture, const std::vector<LightSight>& sights,
+                                          CalibrationInput& input) {
+  std::vector<std::size_t> leds(capture.leds.size());
+  std::iota(leds.begin(), leds.end(), std::size_t{0});
+  std::vector<Stillness> stations;
+  for (const Station& station : capture.stations) {
+    std::vector<TrackerLights> trackers;
+    for (const LightSight& sight : sights) {
+      if (sight.station == &station) trackers.push_back({sight.sensor, *sight.lights});
+    }
+    stations.push_back(stillness(readings_over_time(trackers, leds)));
+  }
+  std::set<std::string> moved;
+  for (const std::size_t s : moved_stations(stations)) {
+    const std::string& id = capture.stations[s].id;
+    const std::string reason = moved_text(stations[s]);
+    log_warning(fmt::format("station {}: its LEDs are left out: {}", id, reason));
+    input.skipped.push_back({id, kAllTrackers, reason, false});
+    moved.insert(id);
+  }
+  return moved;
+}
 
 // The LEDs that are told for sure, as observations of the station; the room's by themselves.
 void add_leds(const Capture& capture, const RoomLeds& room, const LightSight& sight, CalibrationInput& input) {
@@ -163,21 +193,24 @@ std::set<std::size_t> leds_that_were_read(const Observations& observations) {
 }
 
 // LEDs that were read at no station, by name, but for those that have been named.
-void name_unread_leds(const std::vector<LightSight>& sights, const std::set<std::size_t>& named,
-                      const std::set<std::size_t>& known, CalibrationInput& input) {
+void name_unread_leds(const std::vector<LightSight>& sights, const std::set<std::string>& moved,
+                      const std::set<std::size_t>& named, const std::set<std::size_t>& known, CalibrationInput& input) {
   const std::set<std::size_t> read = leds_that_were_read(input.data.observations);
-  std::set<std::size_t> doubtful;  // an LED of the capture has the same number in the data
+  std::set<std::size_t> doubtful, unsteady;  // an LED of the capture has the same number in the data
   for (const LightSight& sight : sights) {
     for (const IdentifiedLight& light : sight.lights->candidates) doubtful.insert(light.led);
+    if (!moved.contains(sight.station->id)) continue;
+    for (const IdentifiedLight& light : sight.lights->leds) unsteady.insert(light.led);
   }
   for (std::size_t l = 0; l < input.data.leds.size(); ++l) {
     if (read.contains(l) || named.contains(l)) continue;
-    const char* const why = sights.empty() ? "no camera among the sensors watches it"
+    const char* const why = sights.empty()         ? "no camera among the sensors watches it"
+                            : unsteady.contains(l) ? "wherever it was read something moved between the readings"
                             : doubtful.contains(l)
                                 ? "wherever it is seen its word blinks at several places; does another LED blink it?"
                                 : "it was never read; is it lit, and is that its word?";
     const char* const what = known.contains(l) ? "keeps what the earlier rig says of it" : "is left out";
-    name_led("all", "all trackers", fmt::format("LED {} {}: {}", input.data.leds[l].name, what, why), input);
+    name_led("all", kAllTrackers, fmt::format("LED {} {}: {}", input.data.leds[l].name, what, why), input);
   }
 }
 
@@ -275,10 +308,13 @@ Expected<void> read_leds(const Capture& capture, const std::vector<Led>& earlier
     if (!sight.lights) return tl::unexpected(sight.lights.error());
   }
   if (const auto differ = check_images_differ(sights, input.data); !differ) return differ;
-  for (const LightSight& sight : sights) add_leds(capture, room, sight, input);
+  const std::set<std::string> moved = stations_that_moved(capture, sights, input);
+  for (const LightSight& sight : sights) {
+    if (!moved.contains(sight.station->id)) add_leds(capture, room, sight, input);
+  }
   const std::set<std::size_t> lone = leave_out_lone_references(known, input);
   if (const auto seen = check_bars_are_seen(input.data); !seen) return seen;
-  name_unread_leds(sights, lone, known, input);
+  name_unread_leds(sights, moved, lone, known, input);
   drop_unplaced_leds(known, input.data);
   return {};
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "calib/feature_points.h"
 #include "datasets/cloud_file.h"
@@ -21,11 +22,16 @@ constexpr const char* kKindNames[] = {"point", "plane", "sphere"};
 
 constexpr const char* kBudgetHeading = "        u  U (k=2)   u by    scale calibration  station decoding";
 
-std::string budget_columns(const Budget& b, bool scale_known, double unit) {
+// A part that lacks something is the least that it can be.
+std::string scale_column(double sigma, const MeasuredCloud& cloud) {
+  if (!cloud.scale_known()) return "unknown";
+  return fmt::format("{}{:.4f}", cloud.scale_lacks().empty() ? "" : ">=", sigma);
+}
+
+std::string budget_columns(const Budget& b, const MeasuredCloud& cloud, double unit) {
   const auto root = [&](double variance) { return std::sqrt(variance) / unit; };
   return fmt::format("{:9.4f}{:9.4f}       {:>9}{:12.4f}{:9.4f}{:9.4f}", root(b.sum()), 2 * root(b.sum()),
-                     scale_known ? fmt::format("{:.4f}", root(b.scale)) : "unknown", root(b.calibration),
-                     root(b.station), root(b.decoding));
+                     scale_column(root(b.scale), cloud), root(b.calibration), root(b.station), root(b.decoding));
 }
 
 Expected<std::vector<std::size_t>> points_for(const Cloud& cloud, const PlannedFeature& feature) {
@@ -120,7 +126,7 @@ std::string normals_text(const MeasuredCloud& cloud, const std::vector<PlannedFe
     };
     normals += line(measured[i].normal()) + "\n";
     for (const NormalTilt& tilt : normal_tilts(cloud.uncertainty(), measured[i])) {
-      tilts += line(tilt.about) + budget_columns(tilt.tilt.budget, cloud.scale_known(), kPerMrad) + "\n";
+      tilts += line(tilt.about) + budget_columns(tilt.tilt.budget, cloud, kPerMrad) + "\n";
     }
   }
   if (normals.empty()) return "";
@@ -162,7 +168,7 @@ Expected<void> add_quantities(const MeasuredCloud& cloud, const MeasuringPlan& p
     json entry = quantity_json(*found, cloud.scale_known(), unit);
     for (const std::size_t i : of) entry["of"].push_back(plan.features[i].name);
     list.push_back(std::move(entry));
-    report.text += quantity_line(name, *found, cloud.scale_known(), unit);
+    report.text += quantity_line(name, *found, cloud, unit);
   }
   return {};
 }
@@ -201,6 +207,7 @@ Expected<MeasuredCloud> MeasuredCloud::read(const std::filesystem::path& folder)
   MeasuredCloud result;
   result.cloud_ = std::make_unique<Cloud>(std::move(*cloud));
   result.uncertainty_ = std::make_unique<PointUncertainty>(std::move(*uncertainty));
+  if (result.scale_known()) result.scale_lacks_ = known->rig.scale_lacks;
   return result;
 }
 
@@ -230,10 +237,8 @@ Expected<MeasurementReport> measurement_report(const MeasuredCloud& cloud, const
   const auto measured = cloud.measure(plan.features);
   if (!measured) return tl::unexpected(measured.error());
   MeasurementReport report;
-  report.document = {{"schema", "crumple-measurement/1"},
-                     {"frame", cloud.cloud().frame},
-                     {"scale_known", cloud.scale_known()},
-                     {"features", json::array()}};
+  report.document = {{"schema", "crumple-measurement/1"}, {"frame", cloud.cloud().frame}, {"features", json::array()}};
+  add_scale(cloud, report.document);
   for (std::size_t i = 0; i < measured->size(); ++i) {
     report.document["features"].push_back(feature_json(cloud, plan.features[i], (*measured)[i]));
   }
@@ -241,8 +246,7 @@ Expected<MeasurementReport> measurement_report(const MeasuredCloud& cloud, const
   std::string diameters;
   for (std::size_t i = 0; i < measured->size(); ++i) {
     if (plan.features[i].kind != Kind::sphere) continue;
-    diameters +=
-        quantity_line(plan.features[i].name, value_of(cloud.uncertainty(), (*measured)[i], 3, 2), cloud.scale_known());
+    diameters += quantity_line(plan.features[i].name, value_of(cloud.uncertainty(), (*measured)[i], 3, 2), cloud);
   }
   if (!diameters.empty()) report.text += quantity_heading("diameters (mm)") + diameters;
   for (const bool angles : {false, true}) {
@@ -272,16 +276,24 @@ std::string quantity_heading(const std::string& title) {
   return fmt::format("{:<24}{:>12}{}\n", title, "value", kBudgetHeading);
 }
 
-std::string quantity_line(const std::string& name, const MeasuredQuantity& quantity, bool scale_known, double unit) {
-  return fmt::format("  {:<22}{:12.4f}{}\n", name, quantity.value / unit,
-                     budget_columns(quantity.budget, scale_known, unit));
+std::string quantity_line(const std::string& name, const MeasuredQuantity& quantity, const MeasuredCloud& cloud,
+                          double unit) {
+  return fmt::format("  {:<22}{:12.4f}{}\n", name, quantity.value / unit, budget_columns(quantity.budget, cloud, unit));
+}
+
+void add_scale(const MeasuredCloud& cloud, json& document) {
+  document["scale_known"] = cloud.scale_known();
+  if (!cloud.scale_lacks().empty()) document["scale_lacks"] = cloud.scale_lacks();
 }
 
 std::string scale_sentence(const MeasuredCloud& cloud) {
-  if (cloud.scale_known()) return "";
-  return "scale uncertainty unknown: no board had a certificate when the rig was calibrated and there was no scale "
-         "bar; "
-         "no U above contains it\n";
+  if (!cloud.scale_known()) {
+    return "scale uncertainty unknown: no board had a certificate when the rig was calibrated and there was no scale "
+           "bar; no U above contains it\n";
+  }
+  if (cloud.scale_lacks().empty()) return "";
+  return fmt::format("scale uncertainty incomplete: {}; no U above contains what is missing\n",
+                     fmt::join(cloud.scale_lacks(), "; "));
 }
 
 }  // namespace crumple

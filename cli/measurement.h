@@ -24,6 +24,8 @@ class MeasuredCloud {
   const Cloud& cloud() const { return *cloud_; }
   const PointUncertainty& uncertainty() const { return *uncertainty_; }
   bool scale_known() const { return uncertainty_->scale_variables() > 0; }
+  // What the scale's uncertainty does not contain where it is known, in words; empty where it is complete.
+  const std::vector<std::string>& scale_lacks() const { return scale_lacks_; }
   // How many stations a feature was measured from.
   std::size_t stations_of(const MeasuredFeature& feature) const;
 
@@ -33,6 +35,7 @@ class MeasuredCloud {
  private:
   std::unique_ptr<Cloud> cloud_;
   std::unique_ptr<PointUncertainty> uncertainty_;
+  std::vector<std::string> scale_lacks_;
 };
 
 struct MeasurementReport {
@@ -44,9 +47,11 @@ Expected<MeasurementReport> measurement_report(const MeasuredCloud& cloud, const
 
 // For reports: a quantity with u, U (k = 2) and its budget, and a line of text with them.
 nlohmann::json quantity_json(const MeasuredQuantity& quantity, bool scale_known, double unit = 1);
-std::string quantity_line(const std::string& name, const MeasuredQuantity& quantity, bool scale_known, double unit = 1);
+std::string quantity_line(const std::string& name, const MeasuredQuantity& quantity, const MeasuredCloud& cloud,
+                          double unit = 1);
 std::string quantity_heading(const std::string& title);
-// What is to be said of the scale, as a sentence.
+// What is to be said of the scale where it is not known, or not completely: in a report's document, and as a sentence.
+void add_scale(const MeasuredCloud& cloud, nlohmann::json& document);
 std::string scale_sentence(const MeasuredCloud& cloud);
 
 }  // namespace crumple

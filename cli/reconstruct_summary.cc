@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "cli/pose_choice.h"
+#include "cli/untested_stillness.h"
 
 namespace crumple {
 namespace {
@@ -125,10 +126,14 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
     summary["failed"].push_back({{"id", view.station}, {"camera", view.camera}, {"reason", view.reason}});
   }
   for (const auto& [station, choice] : reconstruction.choices) summary["choices"][station] = choice_json(choice);
+  if (!reconstruction.stillness_not_tested.empty()) {
+    summary["stillness_not_tested"] = reconstruction.stillness_not_tested;
+  }
   for (const WrittenCloud& cloud : reconstruction.clouds) {
     if (cloud.merged) summary["merged"][cloud.estimator] = merge_json(*cloud.merged);
     if (cloud.not_smoothed > 0) summary["not_smoothed"][cloud.estimator] = cloud.not_smoothed;
   }
+  if (!reconstruction.rig.document.is_null()) summary["rig_check"] = reconstruction.rig.document;
   if (!reconstruction.refined.is_null()) summary["refined"] = reconstruction.refined;
   if (!reconstruction.uncertainty.is_null()) summary["uncertainty"] = reconstruction.uncertainty;
   if (!reconstruction.truth.empty()) summary["truth"] = truth_json(reconstruction.truth);
@@ -140,10 +145,11 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
 }
 
 std::string reconstruction_text(const Reconstruction& reconstruction) {
-  std::string text = reconstruction.refined_text;
+  std::string text = reconstruction.rig.text + reconstruction.refined_text;
   for (const auto& [station, choice] : reconstruction.choices) {
     text += fmt::format("{}: {}\n", station, choice_text(choice));
   }
+  text += untested_text(reconstruction.stillness_not_tested);
   for (const ReconstructedView& view : reconstruction.views) {
     text += fmt::format("{}, {}, {}: {} points, {:.1f} % of the lit pixels, median sigma {:.4f} mm\n", view.station,
                         view.camera, view.estimator, view.points, 100 * view.decoded_fraction, view.median_sigma_mm);

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/posed_rig.h"
 #include "datasets/truth.h"
 #include "recon/clean.h"
 #include "recon/merge.h"
@@ -56,10 +57,12 @@ struct Reconstruction {
   std::vector<ReconstructedView> views;
   std::vector<FailedView> failed;
   std::vector<std::pair<std::string, PoseChoice>> choices = {};  // by station, where LEDs leave several poses
+  std::vector<std::string> stillness_not_tested = {};            // stations of a tracked probe
   std::vector<WrittenCloud> clouds;                              // one per estimator
   std::vector<EstimatorTruth> truth;                             // empty without --truth
   // The main estimator by rigs beside the main one ("joint"), by their names; empty without --compare.
   std::vector<EstimatorTruth> compared = {};
+  PosedRig rig = {};            // of a tracked probe, posed by pixels
   nlohmann::json refined = {};  // of --refine_stations; else null
   std::string refined_text = {};
   nlohmann::json uncertainty = {};  // of the main cloud's points

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/pose_flags.h"
 #include "cli/progress.h"
 #include "recon/map_image.h"
 
@@ -26,7 +27,7 @@ Reconstructor::Reconstructor(const Capture& capture, const Rig& rig, const Recon
     clouds.push_back({named.name, CloudAssembly(assembly)});
   }
   for (ComparedRig& beside : compared) beside.assembly.emplace(assembly);
-  if (options.pose == PoseMethod::markers) uncertainty.refuse("stations posed by markers have no covariance");
+  if (options.pose == PoseMethod::markers) uncertainty.refuse(kMarkersLack);
   if (options.estimators.front().estimator != Estimator::weighted) {
     uncertainty.refuse("it is told for points of the estimator weighted alone");
   }
@@ -44,7 +45,9 @@ void Reconstructor::go_to(const std::string& station) {
   if (tracked_ && where_ && where_->constellation.pose.choice) {
     reconstruction.choices.emplace_back(station, *where_->constellation.pose.choice);
   }
+  if (tracked_ && where_ && !where_->stillness.tested()) reconstruction.stillness_not_tested.push_back(station);
   if (tracked_ && where_) places_[station] = where_->constellation.pose.world_from_probe;
+  if (tracked_ && where_ && options_.pose == PoseMethod::pixels) posed_.emplace_back(station, where_->constellation);
   if (!tracked_) uncertainty.add_untracked(station);
   if (tracked_ && where_) uncertainty.add_tracked(station, *where_);
 }

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/cloud_assembly.h"
@@ -55,6 +56,9 @@ class Reconstructor {
   Reconstructor(const Capture& capture, const Rig& rig, const ReconstructorOptions& options,
                 std::vector<ComparedRig> compared_rigs, std::size_t stations);
 
+  // The stations that it went to, as their LEDs pose them; of a probe that is tracked by pixels.
+  const std::vector<std::pair<std::string, Constellation>>& posed() const { return posed_; }
+
   // Where stations are, if that is known better than by each one's LEDs.
   void place(std::map<std::string, StationPose> refined) { refined_ = std::move(refined); }
 
@@ -88,6 +92,7 @@ class Reconstructor {
   NearPoses near_;
   std::map<std::string, StationPose> refined_;
   std::map<std::string, Pose> places_;  // world_from_probe of a tracked probe
+  std::vector<std::pair<std::string, Constellation>> posed_;
   Expected<StationPose> where_ = StationPose{};
 };
 

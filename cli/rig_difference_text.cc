@@ -86,22 +86,24 @@ nlohmann::json difference_json(const AlignedDifference& d, const std::string& un
 nlohmann::json numbers(const Eigen::VectorXd& vector) { return std::vector<double>(vector.begin(), vector.end()); }
 
 nlohmann::json sensor_drift_json(const SensorDrift& sensor) {
-  nlohmann::json json = difference_json(sensor.projection.px, "px", sensor.significant);
-  json["sensor"] = sensor.sensor;
-  json["lens_models"] = {sensor.model_a, sensor.model_b};
-  if (!std::isinf(sensor.distance_mm)) json["distance_mm"] = sensor.distance_mm;
-  json["worst_pixel"] = numbers(sensor.projection.pixels[static_cast<std::size_t>(worst_point(sensor.projection.px))]);
-  json["parameters"] = nlohmann::json::array();
+  nlohmann::json document = difference_json(sensor.projection.px, "px", sensor.significant);
+  document["sensor"] = sensor.sensor;
+  document["lens_models"] = {sensor.model_a, sensor.model_b};
+  if (!std::isinf(sensor.distance_mm)) document["distance_mm"] = sensor.distance_mm;
+  document["worst_pixel"] =
+      numbers(sensor.projection.pixels[static_cast<std::size_t>(worst_point(sensor.projection.px))]);
+  document["parameters"] = nlohmann::json::array();
   for (const ParameterDrift& parameter : sensor.parameters) {
-    json["parameters"].push_back({{"name", parameter.name}, {"change", parameter.change}, {"sigma", parameter.sigma}});
+    document["parameters"].push_back(
+        {{"name", parameter.name}, {"change", parameter.change}, {"sigma", parameter.sigma}});
   }
-  return json;
+  return document;
 }
 
 nlohmann::json volume_json(const VolumeDifference& volume, bool significant) {
-  nlohmann::json json = difference_json(volume.mm, "mm", significant);
-  json["worst_point_mm"] = numbers(volume.points_mm[static_cast<std::size_t>(worst_point(volume.mm))]);
-  return json;
+  nlohmann::json document = difference_json(volume.mm, "mm", significant);
+  document["worst_point_mm"] = numbers(volume.points_mm[static_cast<std::size_t>(worst_point(volume.mm))]);
+  return document;
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
 #include <fmt/format.h>
 
 #include "cli/pose_choice.h"
+#include "cli/pose_flags.h"
+#include "cli/untested_stillness.h"
+#include "datasets/pose_csv.h"
 
 namespace crumple {
 namespace {
@@ -24,22 +27,28 @@ double sigma_deg(const ProbePose& pose) {
 }
 double sigma_mm(const ProbePose& pose) { return std::sqrt(pose.covariance.bottomRightCorner<3, 3>().trace()); }
 
-json pose_json(const Rig& rig, const StationPose& station) {
+// Null where there was nothing to compare.
+json stillness_json(const Stillness& stillness) {
+  if (!stillness.tested()) return nullptr;
+  return {{"chi_square", stillness.chi_square},
+          {"degrees", stillness.degrees},
+          {"probability", stillness.probability},
+          {"largest_px", stillness.largest_px}};
+}
+
+json pose_json(const Rig& rig, const StationPose& station, PoseMethod method) {
   const Constellation& found = station.constellation;
   const Pose& pose = found.pose.world_from_probe;
   json result{{"quaternion_wxyz", {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z()}},
               {"translation_mm", {pose.translation.x(), pose.translation.y(), pose.translation.z()}},
-              {"sigma_deg", sigma_deg(found.pose)},
-              {"sigma_mm", sigma_mm(found.pose)},
-              {"chi_square", found.pose.chi_square},
-              {"redundancy", found.pose.redundancy},
-              {"stillness",
-               {{"chi_square", station.stillness.chi_square},
-                {"degrees", station.stillness.degrees},
-                {"probability", station.stillness.probability},
-                {"largest_px", station.stillness.largest_px}}},
-              {"left_out", json::array()},
-              {"refused_lights", json::array()}};
+              {"stillness", stillness_json(station.stillness)}};
+  if (method == PoseMethod::markers) return result;
+  result["sigma_deg"] = sigma_deg(found.pose);
+  result["sigma_mm"] = sigma_mm(found.pose);
+  result["chi_square"] = found.pose.chi_square;
+  result["redundancy"] = found.pose.redundancy;
+  result["left_out"] = json::array();
+  result["refused_lights"] = json::array();
   if (found.pose.choice) result["choice"] = choice_json(*found.pose.choice);
   for (const LedResidual& residual : found.pose.residuals) {
     if (residual.used) continue;
@@ -57,11 +66,12 @@ json pose_json(const Rig& rig, const StationPose& station) {
 
 }  // namespace
 
-json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations) {
+json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations, PoseMethod method) {
   json summary{{"schema", "crumple-track-summary/1"}, {"stations", json::object()}, {"failed", json::array()}};
+  if (method == PoseMethod::markers) summary["uncertainty"] = {{"lacks", kMarkersLack}};
   for (const TrackedStation& station : stations) {
     if (station.found) {
-      summary["stations"][station.station] = pose_json(rig, *station.found);
+      summary["stations"][station.station] = pose_json(rig, *station.found, method);
     } else {
       summary["failed"].push_back({{"id", station.station}, {"reason", station.found.error().message}});
     }
@@ -69,11 +79,17 @@ json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations) 
   return summary;
 }
 
-std::string track_text(const std::vector<TrackedStation>& stations) {
+std::string track_text(const std::vector<TrackedStation>& stations, PoseMethod method) {
   std::string text;
+  std::vector<std::string> untested;
   for (const TrackedStation& station : stations) {
     if (!station.found) {
       text += fmt::format("failed: {}\n", station.found.error().message);
+      continue;
+    }
+    if (!station.found->stillness.tested()) untested.push_back(station.station);
+    if (method == PoseMethod::markers) {
+      text += fmt::format("{}: posed by markers\n", station.station);
       continue;
     }
     const ProbePose& pose = station.found->constellation.pose;
@@ -82,12 +98,14 @@ std::string track_text(const std::vector<TrackedStation>& stations) {
                         sigma_deg(pose), sigma_mm(pose));
     if (pose.choice) text += fmt::format("  {}\n", choice_text(*pose.choice));
   }
-  return text;
+  if (method == PoseMethod::markers) text += fmt::format("no uncertainty: {}\n", kMarkersLack);
+  return text + untested_text(untested);
 }
 
-std::string poses_csv(const std::vector<TrackedStation>& stations) {
-  std::string text = "station,x_mm,y_mm,z_mm,qx,qy,qz,qw";
-  for (int i = 0; i < 6; ++i) {
+std::string poses_csv(const std::vector<TrackedStation>& stations, PoseMethod method) {
+  const int rows = method == PoseMethod::markers ? 0 : 6;  // of the covariance
+  std::string text = kStationPoseColumns;
+  for (int i = 0; i < rows; ++i) {
     for (int k = i; k < 6; ++k) text += fmt::format(",c{}{}", i, k);
   }
   text += "\n";
@@ -97,7 +115,7 @@ std::string poses_csv(const std::vector<TrackedStation>& stations) {
     text +=
         fmt::format("{},{},{},{},{},{},{},{}", station.station, pose.translation.x(), pose.translation.y(),
                     pose.translation.z(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z(), pose.rotation.w());
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < rows; ++i) {
       for (int k = i; k < 6; ++k) text += fmt::format(",{}", station.found->constellation.pose.covariance(i, k));
     }
     text += "\n";

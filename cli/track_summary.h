@@ -1,4 +1,5 @@
-// What `crumple track` says of the stations: poses.csv, summary.json (docs/formats.md) and a page of text.
+// What `crumple track` says of the stations: poses.csv, summary.json (docs/formats.md) and a page of text. Of stations
+// that markers posed there is no covariance, nor what follows from it.
 #pragma once
 
 #include <string>
@@ -15,11 +16,11 @@ struct TrackedStation {
   Expected<StationPose> found;
 };
 
-nlohmann::json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations);
-std::string track_text(const std::vector<TrackedStation>& stations);
+nlohmann::json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations, PoseMethod method);
+std::string track_text(const std::vector<TrackedStation>& stations, PoseMethod method);
 
 // station, x_mm, y_mm, z_mm, qx, qy, qz, qw and the upper triangle of the pose's covariance, rows rotation x y z (rad),
 // then translation x y z (mm): world_from_probe of those that were found.
-std::string poses_csv(const std::vector<TrackedStation>& stations);
+std::string poses_csv(const std::vector<TrackedStation>& stations, PoseMethod method);
 
 }  // namespace crumple

@@ -2,7 +2,7 @@
 //
 //   schema: crumple-hand-eye/1
 //   hand_from_eye, world_from_board: poses
-//   time_offset_s: hand time = eye time + offset
+//   time_offset_s: hand time = eye time + offset; not of pairs without times
 //   covariance: file, and the names of its rows
 #pragma once
 
@@ -15,8 +15,9 @@
 
 namespace crumple {
 
-// Of HandEyeFit::covariance: "hand_from_eye.rotation_x", ..., "world_from_board.translation_z", "time_offset".
-std::vector<std::string> hand_eye_rows();
+// Of the covariance that is written: "hand_from_eye.rotation_x", ..., "world_from_board.translation_z" and, where there
+// is one, "time_offset".
+std::vector<std::string> hand_eye_rows(bool timed);
 
 // Numbers are read back exactly.
 Expected<void> write_hand_eye(const std::filesystem::path& folder, const HandEyeFit& fit);

@@ -24,9 +24,7 @@ Expected<void> check_free(const fs::path& path, bool overwrite) {
     return fail(fmt::format("{} exists already. Choose another --out, or give --overwrite.", path.string()));
   if (!fs::is_directory(status))
     return fail(fmt::format("{} is not a folder, so it cannot be replaced by one.", path.string()));
-  if (fs::is_empty(path, error) || fs::exists(path / "ro-crate-metadata.json", error) ||
-      fs::exists(path / "bagit.txt", error))
-    return {};
+  if (fs::is_empty(path, error) || fs::exists(path / "ro-crate-metadata.json", error)) return {};
   return fail(
       fmt::format("{} does not look like a folder that Crumple wrote (it has no ro-crate-metadata.json), so "
                   "--overwrite leaves it alone. Remove it yourself, or choose another --out.",

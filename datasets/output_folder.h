@@ -16,8 +16,8 @@ namespace crumple {
 class OutputFolder {
  public:
   // Fails where `path` exists, unless `overwrite` is set and it is empty or a folder that Crumple wrote (it holds a run
-  // record, ro-crate-metadata.json, or a BagIt bag's bagit.txt): a slip must not delete somebody's home. Missing parent
-  // folders are made.
+  // record, ro-crate-metadata.json; a BagIt bag without one is somebody's own capture): a slip must not delete
+  // somebody's home. Missing parent folders are made.
   static Expected<OutputFolder> create(const std::filesystem::path& path, bool overwrite);
 
   OutputFolder(OutputFolder&& other) noexcept;

@@ -82,14 +82,15 @@ Placements placements_of(const Calibration& calibration, const std::vector<Board
 }
 
 std::string placements_yaml(const Placements& all) {
-  std::string text = fmt::format("schema: {}\nboards:\n", all.stations.empty() ? kSchema : kMovedSchema);
+  std::string text = fmt::format("schema: {}\n{}\n", all.stations.empty() ? kSchema : kMovedSchema,
+                                 all.boards.empty() ? "boards: []" : "boards:");
   for (const PlacedBoard& board : all.boards) {
     text +=
         fmt::format("  - name: {}\n    target: {{{}}}\n    warp_mm: [{}, {}]\n    warp_estimated: {}\n    scale: {}\n",
                     yaml_quoted(board.name), target_yaml(board.target), board.warp_mm.x(), board.warp_mm.y(),
                     board.warp_estimated, board.scale);
   }
-  text += "placements:\n";
+  text += all.placements.empty() ? "placements: []\n" : "placements:\n";
   for (const BoardPlacement& placement : all.placements) {
     text += fmt::format("  - name: {}\n    board: {}\n    {}:\n{}", yaml_quoted(placement.name),
                         yaml_quoted(all.boards[placement.board].name),

@@ -16,29 +16,41 @@
 #include "datasets/yaml_reader.h"
 #include "datasets/yaml_text.h"
 #include "datasets/yaml_values.h"
+#include "solvers/rig_covariance.h"
 
 namespace crumple {
 namespace fs = std::filesystem;
 namespace {
 
-// Version 2 adds LEDs and sensors fixed to the world; a rig without either is written as version 1.
-const std::vector<std::string> kRigSchemas = {"crumple-rig/2", "crumple-rig/1"};
+// Version 2 adds LEDs and sensors fixed to the world, version 3 what the scale's uncertainty lacks. A rig is written as
+// the first version that holds what it has.
+const std::vector<std::string> kRigSchemas = {"crumple-rig/3", "crumple-rig/2", "crumple-rig/1"};
+constexpr int kNewestRig = 3;
 constexpr const char* description_name = "rig.yaml";
 constexpr const char* covariance_name = "covariance.npy";
 
 // Rounding between a quaternion and the rotation vector in the .cameramodel.
 constexpr double rounding = 1e-9;
 
-bool needs_version_2(const Rig& rig) {
-  return !rig.leds.empty() || std::any_of(rig.sensors.begin(), rig.sensors.end(),
-                                          [](const Sensor& sensor) { return sensor.mount == Mount::world; });
+// Of a scale that an earlier version wrote.
+constexpr const char* kLacksUnrecorded = "whether its certificates were complete was not recorded with the rig";
+
+const std::string& rig_schema(int version) { return kRigSchemas[static_cast<std::size_t>(kNewestRig - version)]; }
+
+bool has_scale(const std::vector<std::string>& rows) { return std::any_of(rows.begin(), rows.end(), is_scale); }
+
+int first_version_of(const Rig& rig) {
+  if (has_scale(rig.covariance.names) || !rig.scale_lacks.empty()) return 3;
+  const bool in_world = std::any_of(rig.sensors.begin(), rig.sensors.end(),
+                                    [](const Sensor& sensor) { return sensor.mount == Mount::world; });
+  return in_world || !rig.leds.empty() ? 2 : 1;
 }
 
 const char* pose_key(Mount mount) { return mount == Mount::world ? "sensor_from_world" : "sensor_from_probe"; }
 
 std::string description(const Rig& rig) {
-  const std::string& schema = needs_version_2(rig) ? kRigSchemas.front() : kRigSchemas.back();
-  std::string text = fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", schema);
+  std::string text =
+      fmt::format("schema: {}\nunits: {{length: mm, angle: rad}}\nsensors:\n", rig_schema(first_version_of(rig)));
   for (const Sensor& sensor : rig.sensors) {
     text += fmt::format(
         "  - name: {}\n    kind: {}\n    size_px: [{}, {}]\n    lens_model: {}\n    file: {}\n"
@@ -56,6 +68,8 @@ std::string description(const Rig& rig) {
   }
   if (!rig.sigma_px.empty()) text += "sigma_px:\n";
   for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", yaml_quoted(group), sigma_px);
+  if (!rig.scale_lacks.empty()) text += "scale_lacks:\n";
+  for (const std::string& lack : rig.scale_lacks) text += fmt::format("  - {}\n", yaml_quoted(lack));
   if (rig.covariance.names.empty()) return text;
   text += fmt::format("covariance:\n  file: {}\n  rows:\n", covariance_name);
   for (const std::string& name : rig.covariance.names) text += fmt::format("    - {}\n", yaml_quoted(name));
@@ -106,6 +120,8 @@ Expected<void> check_rig(const Rig& rig) {
     if (auto sound = check_led(led, names); !sound) return sound;
   for (const auto& [group, sigma_px] : rig.sigma_px)
     if (!(sigma_px > 0 && sigma_px < kLargestValue)) return fail(fmt::format("sigma of {} is {} px.", group, sigma_px));
+  for (const std::string& lack : rig.scale_lacks)
+    if (lack.empty()) return fail("The rig's scale lacks something without words for it; no rig was written.");
   if (auto sound = check_covariance(rig.covariance); !sound)
     return fail(fmt::format("The rig's covariance is unusable: {}.", sound.error().message));
   return {};
@@ -123,7 +139,11 @@ struct SensorEntry {
   std::string lens_of;
 };
 
-SensorEntry read_sensor(const YamlValue& value, bool version_1) {
+void refuse_before(int since, int version, const YamlValue& value) {
+  if (version < since) value.problem("is new in " + rig_schema(since));
+}
+
+SensorEntry read_sensor(const YamlValue& value, int version) {
   SensorEntry entry;
   YamlMap map = value.map();
   if (const auto name = map.require("name", "of the sensor")) {
@@ -140,14 +160,14 @@ SensorEntry read_sensor(const YamlValue& value, bool version_1) {
   }
   const auto in_world = map.find(pose_key(Mount::world));
   const auto on_probe = map.find(pose_key(Mount::probe));
-  if (in_world && version_1) in_world->problem("is new in " + kRigSchemas.front());
+  if (in_world) refuse_before(2, version, *in_world);
   if (in_world.has_value() == on_probe.has_value())
     map.problem(
         "must have `sensor_from_probe`, the sensor's pose, or `sensor_from_world` where it is fixed to the world");
   if (in_world) entry.mount = Mount::world;
   if (const auto& pose = in_world ? in_world : on_probe) entry.sensor_from_mount = read_pose(*pose);
   if (const auto lens_of = map.find("lens_of")) {
-    if (version_1) lens_of->problem("is new in " + kRigSchemas.front());
+    refuse_before(2, version, *lens_of);
     entry.lens_of = lens_of->text();
   }
   map.finish();
@@ -178,6 +198,7 @@ struct RigEntries {
   std::vector<SensorEntry> sensors;
   std::vector<Led> leds;
   std::map<std::string, double> sigma_px;
+  std::vector<std::string> scale_lacks;
   std::string covariance_file;
   std::vector<std::string> covariance_rows;
 };
@@ -200,9 +221,11 @@ Expected<RigEntries> read_description(const fs::path& file) {
   YamlProblems problems(file.string());
   RigEntries entries;
   YamlMap map = YamlValue(*root, "", &problems).map();
-  bool version_1 = false;
-  if (const auto found = map.require("schema", kRigSchemas.front()))
-    version_1 = found->one_of(kRigSchemas) == kRigSchemas.back();
+  int version = kNewestRig;
+  if (const auto schema = map.require("schema", kRigSchemas.front())) {
+    const auto known = std::find(kRigSchemas.begin(), kRigSchemas.end(), schema->one_of(kRigSchemas));
+    version = static_cast<int>(kRigSchemas.end() - known);
+  }
   if (const auto units = map.require("units", "{length: mm, angle: rad}")) {
     YamlMap unit_map = units->map();
     if (const auto length = unit_map.require("length", "mm")) length->one_of({"mm"});
@@ -210,16 +233,22 @@ Expected<RigEntries> read_description(const fs::path& file) {
     unit_map.finish();
   }
   if (const auto sensors = map.require("sensors", "the list of sensors")) {
-    for (const YamlValue& sensor : sensors->list()) entries.sensors.push_back(read_sensor(sensor, version_1));
+    for (const YamlValue& sensor : sensors->list()) entries.sensors.push_back(read_sensor(sensor, version));
     if (entries.sensors.empty()) sensors->problem("must list at least one sensor");
   }
   if (const auto leds = map.find("leds")) {
-    if (version_1) leds->problem("is new in " + kRigSchemas.front());
+    refuse_before(2, version, *leds);
     for (const YamlValue& led : leds->list()) entries.leds.push_back(read_led(led));
   }
   if (const auto sigma = map.find("sigma_px"))
     for (const auto& [group, value] : sigma->map().entries()) entries.sigma_px[group] = read_sigma(value);
+  if (const auto lacks = map.find("scale_lacks")) {
+    refuse_before(3, version, *lacks);
+    for (const YamlValue& lack : lacks->list()) entries.scale_lacks.push_back(lack.text());
+    if (entries.scale_lacks.empty()) lacks->problem("must say something, or be left out where nothing lacks");
+  }
   if (const auto covariance = map.find("covariance")) read_covariance_entry(*covariance, entries);
+  if (version < 3 && has_scale(entries.covariance_rows)) entries.scale_lacks = {kLacksUnrecorded};
   map.finish();
   if (auto error = problems.error()) return tl::unexpected(*error);
   return entries;
@@ -279,6 +308,7 @@ Expected<Rig> read_rig(const fs::path& folder) {
                               (folder / description_name).string(), led.name));
   rig.leds = entries->leds;
   rig.sigma_px = entries->sigma_px;
+  rig.scale_lacks = entries->scale_lacks;
   if (entries->covariance_file.empty()) return rig;
   auto matrix = read_npy(folder / entries->covariance_file);
   if (!matrix) return tl::unexpected(matrix.error());

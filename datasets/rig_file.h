@@ -1,11 +1,13 @@
 // Rigs on disk: a folder with
-//   rig.yaml           schema crumple-rig/1, or /2 where there are LEDs or sensors fixed to the world: sensors with
-//   their
-//                      poses, LEDs, sigma per group of observations, names of the covariance's rows. Lengths mm, angles
-//                      rad.
+//   rig.yaml           schema crumple-rig/1, /2 where there are LEDs or sensors fixed to the world, /3 where the scale
+//   is
+//                      known: sensors with their poses, LEDs, sigma per group of observations, what the scale's
+//                      uncertainty lacks, names of the covariance's rows. Lengths mm, angles rad.
 //   SENSOR.cameramodel one per sensor, mrcal's format: the lens, and the pose once more for readers of that format
 //   covariance.npy     where the rig has a covariance
 // What is written is read back exactly: poses as quaternions from rig.yaml, lenses from the .cameramodel files.
+// Versions 1 and 2 did not record what the scale's uncertainty lacks: where such a rig knows its scale, that is what it
+// lacks.
 #pragma once
 
 #include <filesystem>

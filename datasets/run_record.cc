@@ -61,11 +61,11 @@ json file_entity(const std::string& id, const std::string& name, const HashedFil
           {"sha256", file.sha256}};
 }
 
-// SHA-256 of what is added piece by piece.
-class Sha256 {
+// The digest of what is added piece by piece.
+class RunningDigest {
  public:
-  Sha256() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
-    good_ = context_ && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1;
+  explicit RunningDigest(const EVP_MD* algorithm) : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+    good_ = context_ && EVP_DigestInit_ex(context_.get(), algorithm, nullptr) == 1;
   }
   bool add(const char* data, std::size_t size) {
     good_ = good_ && EVP_DigestUpdate(context_.get(), data, size) == 1;
@@ -85,6 +85,19 @@ class Sha256 {
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
   bool good_ = false;
 };
+
+Expected<std::string> digest_of_file(const fs::path& file, const EVP_MD* algorithm) {
+  std::ifstream stream(file, std::ios::binary);
+  RunningDigest hash(algorithm);
+  if (!stream || !hash.good()) return fail(fmt::format("{} could not be read.", file.string()));
+  std::vector<char> block(1U << 18);
+  do {
+    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
+    if (stream.bad() || !hash.add(block.data(), static_cast<std::size_t>(stream.gcount())))
+      return fail(fmt::format("{} could not be read.", file.string()));
+  } while (stream);
+  return hash.hexadecimal();
+}
 
 class Graph {
  public:
@@ -138,21 +151,12 @@ Expected<json> add_outputs(const fs::path& folder, Graph& graph) {
 
 }  // namespace
 
-Expected<std::string> sha256_of_file(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  Sha256 hash;
-  if (!stream || !hash.good()) return fail(fmt::format("{} could not be read.", file.string()));
-  std::vector<char> block(1U << 18);
-  do {
-    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
-    if (stream.bad() || !hash.add(block.data(), static_cast<std::size_t>(stream.gcount())))
-      return fail(fmt::format("{} could not be read.", file.string()));
-  } while (stream);
-  return hash.hexadecimal();
-}
+Expected<std::string> sha256_of_file(const fs::path& file) { return digest_of_file(file, EVP_sha256()); }
+
+Expected<std::string> sha512_of_file(const fs::path& file) { return digest_of_file(file, EVP_sha512()); }
 
 std::string sha256_of_text(const std::string& text) {
-  Sha256 hash;
+  RunningDigest hash(EVP_sha256());
   hash.add(text.data(), text.size());
   return hash.hexadecimal();
 }

@@ -30,8 +30,9 @@ struct RunRecord {
   std::vector<HashedFile> inputs;
 };
 
-// 64 hexadecimal digits. Fails, naming the file, where it cannot be read.
+// 64 hexadecimal digits; 128 of SHA-512. Fails, naming the file, where it cannot be read.
 Expected<std::string> sha256_of_file(const std::filesystem::path& file);
+Expected<std::string> sha512_of_file(const std::filesystem::path& file);
 std::string sha256_of_text(const std::string& text);
 
 // Files, or folders: every file below them, in the order of their names. Fails, naming the file, where one cannot be

@@ -81,13 +81,7 @@ Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const
                                                : settle_constellation(rig, trackers, *leds, {.near = near});
   if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
   Stillness still = stillness(readings_over_time(trackers, *leds));
-  if (!still.still) {
-    return fail(
-        fmt::format("station {}: the probe or a tracker moved by up to {:.2f} px between readings of the LEDs "
-                    "(chi-square {:.0f} of "
-                    "{}): scan it again while everything stands still",
-                    station, still.largest_px, still.chi_square, still.degrees));
-  }
+  if (!still.still) return fail(fmt::format("station {}: {}", station, moved_text(still)));
   return StationPose{std::move(*settled), std::move(still)};
 }
 

@@ -26,7 +26,8 @@ constexpr const char* kRigFolder = "rig";
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 
 std::string posed_stations_text(const Rig& rig, const StationPoses& poses) {
-  std::string text = fmt::format("schema: {}\nstations:\n", kStationsSchema);
+  std::string text =
+      fmt::format("schema: {}\n{}\n", kStationsSchema, poses.stations.empty() ? "stations: []" : "stations:");
   for (const PosedStation& station : poses.stations) {
     text += fmt::format("  - id: {}\n    world_from_probe:\n{}", yaml_quoted(station.name),
                         pose_yaml(station.world_from_probe, 6));

@@ -50,7 +50,7 @@ BoardCertificate read_certificate(const YamlValue& value) {
 void read_expansion_and_record(YamlMap& map, BoardCertificate& certificate) {
   certificate.temperature_c = number_or(map, "temperature_c", certificate.temperature_c, -50, 150);
   if (const auto expansion = map.find("expansion_per_k")) certificate.expansion_per_k = expansion->number(-1e-4, 1e-3);
-  certificate.expansion_sigma_per_k = number_or(map, "expansion_sigma_per_k", 0, 0, 1e-3);
+  if (const auto sigma = map.find("expansion_sigma_per_k")) certificate.expansion_sigma_per_k = sigma->number(0, 1e-3);
   certificate.serial = text_or_empty(map, "serial");
   certificate.issuer = text_or_empty(map, "issuer");
   certificate.date = text_or_empty(map, "date");

@@ -53,6 +53,9 @@ struct Rig {
   RigCovariance covariance;  // empty where none was estimated
   // Standard deviation of one measured coordinate, px, per group of observations, such as "cam0.corners".
   std::map<std::string, double> sigma_px;
+  // What the uncertainty of the boards' scales in the covariance does not contain, in words, such as a thermal
+  // expansion that no certificate states. Empty where it is complete, and where no scale has a row.
+  std::vector<std::string> scale_lacks = {};
 
   std::optional<std::size_t> find(const std::string& name) const;
 };

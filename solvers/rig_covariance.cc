@@ -6,6 +6,8 @@
 
 namespace crumple {
 
+bool is_scale(const std::string& name) { return name.ends_with(".scale"); }
+
 std::optional<Eigen::Index> find_row(const RigCovariance& covariance, const std::string& name) {
   const auto found = std::find(covariance.names.begin(), covariance.names.end(), name);
   if (found == covariance.names.end()) return std::nullopt;

@@ -14,6 +14,9 @@ namespace crumple {
 inline constexpr std::array<const char*, 6> kPoseRows{"rotation_x",    "rotation_y",    "rotation_z",
                                                       "translation_x", "translation_y", "translation_z"};
 
+// Whether a row is a board's scale, as certificates and bars tell it: where there is none, the scale is not known.
+bool is_scale(const std::string& name);
+
 std::optional<Eigen::Index> find_row(const RigCovariance& covariance, const std::string& name);
 
 // The joint covariance of some parameters, in their order; zero rows for those held fixed, which have none.

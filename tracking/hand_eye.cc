@@ -11,6 +11,7 @@ namespace crumple {
 namespace {
 
 constexpr double kContradiction_rad = 0.2;
+constexpr std::size_t kShortStream = 100;  // poses
 
 std::vector<PosePair> pairs_at(const PairSource& source, double offset_s) {
   std::vector<PosePair> pairs;
@@ -70,6 +71,13 @@ Expected<HandEyeCalibration> calibrate_from(const PairSource& source, double off
   return calibration;
 }
 
+// Short streams, and such of equally many poses, may be lists that belong together by their order.
+Error no_offset(const std::string& reason, const PairedStreams& streams) {
+  const std::size_t hand = streams.hand().poses().size(), eye = streams.eye().poses().size();
+  if (hand != eye && std::min(hand, eye) >= kShortStream) return {reason};
+  return {reason + "\nif the poses of both belong together line by line, no times are needed: --paired"};
+}
+
 }  // namespace
 
 Expected<HandEyeCalibration> calibrate_hand_eye(const std::vector<PosePair>& pairs) {
@@ -79,7 +87,7 @@ Expected<HandEyeCalibration> calibrate_hand_eye(const std::vector<PosePair>& pai
 
 Expected<HandEyeCalibration> calibrate_hand_eye(const PairedStreams& streams) {
   const auto offset = estimate_time_offset(streams.hand(), streams.eye());
-  if (!offset) return tl::unexpected(offset.error());
+  if (!offset) return tl::unexpected(no_offset(offset.error().message, streams));
   const PairSource source{streams.size(), true,
                           [&streams](std::size_t i, double offset_s) { return streams.pair(i, offset_s); }};
   auto calibration = calibrate_from(source, offset->offset_s);

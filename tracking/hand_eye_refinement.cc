@@ -135,6 +135,7 @@ class Rounds {
   HandEyeFit result() const {
     HandEyeFit fit;
     fit.state = state_;
+    fit.timed = source_.timed;
     fit.noise = noise_;
     fit.pairs = pairs_;
     fit.accepted = accepted_;

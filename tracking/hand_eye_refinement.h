@@ -30,7 +30,8 @@ struct PairSource {
 
 struct HandEyeFit {
   HandEyeState state;
-  // Tangents (solvers/pose.h) of hand_from_eye and world_from_board, then the offset; without times its row is zero.
+  bool timed = false;  // whether there is a time offset; else it and its row of the covariance are zero
+  // Tangents (solvers/pose.h) of hand_from_eye and world_from_board, then the offset.
   Eigen::Matrix<double, kHandEyeParameters, kHandEyeParameters> covariance;
   HandEyeNoise noise;
   std::vector<PosePair> pairs;       // at the offset found

@@ -39,7 +39,10 @@ Expected<PoseStream> PoseStream::create(const std::vector<StampedPose>& poses) {
     }
     stream.poses_.push_back(pose);
   }
-  if (stream.poses_.size() < 2) return fail("a stream needs at least two poses at different times");
+  if (stream.poses_.size() < 2) {
+    return fail(fmt::format("a stream needs at least two poses at different times{}",
+                            poses.size() < 2 ? "" : "; lists that belong together line by line need none (--paired)"));
+  }
   stream.median_step_s_ = median_step(stream.poses_);
   return stream;
 }

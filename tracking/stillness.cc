@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <Eigen/LU>
+#include <fmt/format.h>
 
 #include "solvers/distribution_tails.h"
 
@@ -70,6 +71,28 @@ Stillness stillness(const std::vector<LedReadings>& times, double least_probabil
   result.probability = chi_square_tail(result.chi_square, result.degrees);
   result.still = result.probability >= least_probability;
   return result;
+}
+
+std::vector<std::size_t> moved_stations(const std::vector<Stillness>& stations, double least_probability) {
+  std::vector<double> per_degree;
+  for (const Stillness& station : stations) {
+    if (station.tested()) per_degree.push_back(station.chi_square / station.degrees);
+  }
+  std::sort(per_degree.begin(), per_degree.end());
+  const double noise = per_degree.size() < 2 ? 1 : std::max(1.0, per_degree[(per_degree.size() - 1) / 2]);
+  std::vector<std::size_t> moved;
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    if (!stations[s].tested()) continue;
+    if (chi_square_tail(stations[s].chi_square / noise, stations[s].degrees) < least_probability) moved.push_back(s);
+  }
+  return moved;
+}
+
+std::string moved_text(const Stillness& moved) {
+  return fmt::format(
+      "the probe or a tracker moved by up to {:.2f} px between readings of the LEDs (chi-square {:.0f} of {}): take it "
+      "again while everything stands still",
+      moved.largest_px, moved.chi_square, moved.degrees);
 }
 
 }  // namespace crumple

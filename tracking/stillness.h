@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "tracking/led_reading.h"
@@ -30,8 +31,20 @@ struct Stillness {
   double rms_px = 0;  // distance of a reading from its LED's mean
   double largest_px = 0;
   bool still = true;  // probability at or above the limit
+
+  // Whether there was anything to compare: some LED was read at least twice by a sensor.
+  bool tested() const { return degrees > 0; }
 };
 
 Stillness stillness(const std::vector<LedReadings>& times, double least_probability = 1e-4);
+
+// Stations of one capture at which something moved, by their indices, where no rig says what trackers' pixels repeat
+// to. Air and tripods let readings differ by more than their covariances say, at all stations alike: by how much they
+// do at the stiller half, chi-square over its degrees of freedom, is taken for noise. A station alone has its
+// covariances.
+std::vector<std::size_t> moved_stations(const std::vector<Stillness>& stations, double least_probability = 1e-4);
+
+// Of a station that was not still, behind its name: how far something moved, and what to do.
+std::string moved_text(const Stillness& moved);
 
 }  // namespace crumple

@@ -14,6 +14,7 @@
 #include "cli/calibration_input.h"
 #include "cli/calibration_report.h"
 #include "cli/calibration_summary.h"
+#include "cli/capture_summary.h"
 #include "cli/figures_summary.h"
 #include "cli/flags.h"
 #include "cli/fold_differences_summary.h"
@@ -44,6 +45,7 @@ DEFINE_string(
 DEFINE_bool(overlays, true, "write every board image with its residuals drawn in, enlarged, into overlays/");
 DEFINE_bool(report, true, "write report.html: the calibration as a page to read and to print");
 DECLARE_string(invert);
+DECLARE_bool(paired);
 DEFINE_bool(outliers, true, "leave out outliers by the rule of docs/calibration.md");
 
 DEFINE_bool(
@@ -265,6 +267,7 @@ struct Settings {
 
 Expected<Settings> settings_from_flags() {
   if (!FLAGS_invert.empty()) return fail("--invert is about poses; give it with --hand_eye");
+  if (FLAGS_paired) return fail("--paired is about poses; give it with --hand_eye");
   auto options = options_from_flags();
   if (!options) return tl::unexpected(options.error());
   const auto source = source_from_flags();
@@ -314,6 +317,7 @@ Told tell(const Capture& capture, const CalibrationInput& input, const Settings&
   VerbResult& result = told.result;
   result.exit_code = told.verdict.ok ? ExitCode::done : ExitCode::not_trusted;
   result.document = calibration_summary(calibration, told.verdict, input.skipped);
+  result.document["capture"] = capture_summary(capture, calibration.bundle.state);
   result.text = calibration_text(calibration, told.verdict, input.skipped);
   if (!lenses.empty()) {
     result.document["lens_choice"] = lens_choice_summary(lenses);
@@ -393,35 +397,35 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
 }  // namespace
 
 Verb calibrate_verb() {
-  return {.name = "calibrate",
-          .purpose = "estimate a rig from a capture of the board",
-          .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
-          .description =
-              "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
-              "rig, its covariance and summary.json. Where trackers watch the probe's LEDs, everything is refined "
-              "together: "
-              "the probe's sensors and LEDs, the trackers, every pose. Exit code 4 where the calibration is not to be "
-              "trusted: the "
-              "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
-              "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json.",
-          .example =
-              "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
-              "verdict: ok\n"
-              "placements: 13\n"
-              "left (LENSMODEL_OPENCV5)\n"
-              "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
-              "  fx      533.474717 +- 0.446626\n"
-              "  ...\n"
-              "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
-          .min_inputs = 1,
-          .max_inputs = 2,
-          .flags = {"out",      "images",   "sensors",          "warp",     "projector_from",
-                    "outliers", "lens",     "cross_validate",   "overlays", "report",
-                    "truth",    "starts",   "map_distances_mm", "start",    "correct",
-                    "suggest",  "hand_eye", "invert",           "threads",  "overwrite",
-                    "json"},
-          .required = {"out"},
-          .run = run_calibrate};
+  return {
+      .name = "calibrate",
+      .purpose = "estimate a rig from a capture of the board",
+      .usage = "CAPTURE.yaml --out=DIR [--flags]\n  crumple calibrate --hand_eye HAND.csv EYE.csv --out=DIR",
+      .description =
+          "Finds the board in every image, starts from the closed forms and refines everything at once. Writes the "
+          "rig, its covariance and summary.json. Where trackers watch the probe's LEDs, everything is refined "
+          "together: "
+          "the probe's sensors and LEDs, the trackers, every pose. Exit code 4 where the calibration is not to be "
+          "trusted: the "
+          "reasons say why. With --hand_eye it takes two streams of poses, t, x, y, z (m), qx, qy, qz, qw a line, "
+          "whose clocks need not agree, and writes hand_eye.yaml, covariance.npy and summary.json; with --paired "
+          "two lists whose poses belong together line by line, one of which may be poses.csv of `crumple track`.",
+      .example =
+          "$ crumple calibrate stereo_chessboard.yaml --images=photos --sensors=left --out=rig\n"
+          "verdict: ok\n"
+          "placements: 13\n"
+          "left (LENSMODEL_OPENCV5)\n"
+          "  corners      702 observations,   25 outliers, RMS 0.1745 px, sigma 0.1279 px\n"
+          "  fx      533.474717 +- 0.446626\n"
+          "  ...\n"
+          "board warp: -0.0410 -0.1750 mm (statistic 114.3)\n",
+      .min_inputs = 1,
+      .max_inputs = 2,
+      .flags = {"out",      "images", "sensors", "warp",    "projector_from",   "outliers", "lens",    "cross_validate",
+                "overlays", "report", "truth",   "starts",  "map_distances_mm", "start",    "correct", "suggest",
+                "hand_eye", "invert", "paired",  "threads", "overwrite",        "json"},
+      .required = {"out"},
+      .run = run_calibrate};
 }
 
 }  // namespace crumple

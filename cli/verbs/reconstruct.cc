@@ -8,6 +8,7 @@
 #include <gflags/gflags.h>
 
 #include "cli/flags.h"
+#include "cli/pose_flags.h"
 #include "cli/progress.h"
 #include "cli/reconstruct_summary.h"
 #include "cli/reconstructor.h"
@@ -28,12 +29,6 @@ DEFINE_string(
     compare, "",
     "names of folders below the rig's, comma-separated, with rigs to compare it with against the truth, such as "
     "those that calibrate --starts writes: their clouds are posed by markers, scored and not written");
-DEFINE_string(pose, "pixels",
-              "how a tracked probe is posed: pixels (of all LEDs at once) or markers (triangulated, then fitted)");
-DEFINE_string(near, "",
-              "how the probe was turned, roughly, where its LEDs leave several poses: a stations.yaml with poses by "
-              "station, or the folder of the run that wrote one, no tracker having been moved since; or previous: as "
-              "at the last station before that its own LEDs pose");
 DEFINE_bool(refine_stations, false,
             "refine the poses of a tracked probe's stations together, from LEDs and from the surface where stations "
             "overlap, the rig free under its own covariance; reads the images twice");
@@ -64,11 +59,9 @@ Expected<ReconstructorOptions> choices_from_flags() {
     choices.estimators.push_back(*found);
   }
   if (choices.estimators.empty()) return fail("--estimator names none of weighted, paper and edges.");
-  if (FLAGS_pose == "markers") {
-    choices.pose = PoseMethod::markers;
-  } else if (FLAGS_pose != "pixels") {
-    return fail(fmt::format("--pose={} is neither pixels nor markers.", FLAGS_pose));
-  }
+  const auto method = pose_method();
+  if (!method) return tl::unexpected(method.error());
+  choices.pose = *method;
   if (FLAGS_spacing < 0) return fail(fmt::format("--spacing={} is negative.", FLAGS_spacing));
   if (FLAGS_smooth < 0) return fail(fmt::format("--smooth={} is negative.", FLAGS_smooth));
   choices.assembly = {.clean = FLAGS_clean,
@@ -219,9 +212,6 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   if (FLAGS_refine_stations && choices->pose == PoseMethod::markers) {
     return usage_error("--refine_stations wants --pose=pixels: markers have no uncertainty to refine under");
   }
-  if (!FLAGS_near.empty() && choices->pose == PoseMethod::markers) {
-    return usage_error("--near wants --pose=pixels: markers leave one pose or none");
-  }
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto rig = read_rig(FLAGS_rig);
@@ -247,6 +237,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
   if (!folder) return tl::unexpected(folder.error());
 
+  const Rig calibrated = *rig;
   Setup setup{std::move(*rig), std::move(*pairs)};
   if (FLAGS_refine_stations) {
     if (const auto done = refine_setup(*capture, *choices, *stations, setup); !done) {
@@ -272,6 +263,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
     }
   }
   if (auto some = refuse_if_all_failed(work.reconstruction); !some) return tl::unexpected(some.error());
+  if (!work.posed().empty()) work.reconstruction.rig = posed_rig(calibrated, work.posed());
   if (auto done = work.finish(); !done) return tl::unexpected(done.error());
   if (auto done = work.map_images(*stations); !done) return tl::unexpected(done.error());
   const auto deviations = compare_with_truth(scene, work);
@@ -279,6 +271,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
 
   VerbResult result;
   result.exit_code = work.reconstruction.failed.empty() ? ExitCode::done : ExitCode::part_of_batch_failed;
+  if (!work.reconstruction.rig.holds) result.exit_code = ExitCode::not_trusted;
   result.text = reconstruction_text(work.reconstruction);
   result.document = reconstruction_summary(work.reconstruction);
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -308,7 +301,8 @@ Verb reconstruct_verb() {
           "What cameras without patterns show, such as thermal ones, is mapped to the points of the first cloud. "
           "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
           "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "
-          "stations failed and the others are written.",
+          "stations failed and the others are written; 4 where the LEDs of all stations together show that a tracker "
+          "or an LED has moved since the calibration, which is named.",
       .example =
           "$ crumple reconstruct door/capture.yaml --rig=rig --out=cloud\n"
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",

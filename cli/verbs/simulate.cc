@@ -17,7 +17,6 @@
 #include "datasets/scene_file.h"
 
 DEFINE_int32(seed, -1, "seed of the noise and the sampling, 0 or more; -1: the scene's own");
-DEFINE_bool(bag, false, "write a BagIt bag: the capture in data/, with the digests of all its files beside it");
 DEFINE_bool(depth_maps, true, "write the true depth per camera pixel into truth/STATION");
 
 namespace crumple {
@@ -51,7 +50,8 @@ Expected<void> write_bag(const Scene& scene, const std::string& scene_text, cons
   std::filesystem::create_directory(payload, failure);
   if (failure) return fail(fmt::format("{} cannot be made: {}", payload.string(), failure.message()));
   if (auto written = write_simulated_capture(scene, scene_text, payload, options); !written) return written;
-  return write_bag_tags(folder, {scene.name, date_of_run()});
+  if (const auto tags = write_bag_tags(folder, {scene.name, date_of_run()}); !tags) return tl::unexpected(tags.error());
+  return {};
 }
 
 nlohmann::json summary_json(const Scene& scene, std::size_t images, double seconds) {

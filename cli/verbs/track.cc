@@ -6,6 +6,8 @@
 #include "cli/calibration_input.h"
 #include "cli/cloud_uncertainty.h"
 #include "cli/flags.h"
+#include "cli/pose_flags.h"
+#include "cli/posed_rig.h"
 #include "cli/progress.h"
 #include "cli/record.h"
 #include "cli/track_summary.h"
@@ -18,7 +20,6 @@
 #include "datasets/rig_file.h"
 
 DECLARE_string(rig);
-DECLARE_string(near);
 
 namespace crumple {
 namespace {
@@ -77,7 +78,18 @@ Expected<void> write_found_rig(const std::filesystem::path& folder, const Rig& r
   return write_rig(folder, rig);
 }
 
+std::vector<std::pair<std::string, Constellation>> constellations(const std::vector<TrackedStation>& stations) {
+  std::vector<std::pair<std::string, Constellation>> found;
+  for (const TrackedStation& station : stations) {
+    if (station.found) found.emplace_back(station.station, station.found->constellation);
+  }
+  return found;
+}
+
 Expected<VerbResult> run_track(const VerbContext& context) {
+  const auto method = pose_method();
+  if (!method) return usage_error(method.error().message);
+  const bool by_pixels = *method == PoseMethod::pixels;
   const auto capture = read_capture(context.inputs.front(), images_folder());
   if (!capture) return tl::unexpected(capture.error());
   auto rig = read_rig(FLAGS_rig);
@@ -101,26 +113,34 @@ Expected<VerbResult> run_track(const VerbContext& context) {
 
   std::vector<TrackedStation> tracked;
   CloudUncertainty uncertainty(*rig);
+  if (!by_pixels) uncertainty.refuse(kMarkersLack);
   {
     Progress progress("tracking", stations->size());
     for (const std::string& station : *stations) {
-      tracked.push_back({station, near->pose(*capture, *rig, station)});
+      auto found = by_pixels ? near->pose(*capture, *rig, station) : station_pose(*capture, *rig, station, *method);
+      tracked.push_back({station, std::move(found)});
       if (tracked.back().found) uncertainty.add_tracked(station, *tracked.back().found);
       progress.advance();
     }
   }
   VerbResult result;
-  result.document = track_summary(*rig, tracked);
-  result.text = track_text(tracked);
+  result.document = track_summary(*rig, tracked, *method);
+  result.text = track_text(tracked, *method);
   const auto failed = std::count_if(tracked.begin(), tracked.end(), [](const TrackedStation& t) { return !t.found; });
   if (failed == static_cast<std::ptrdiff_t>(tracked.size())) return fail("no station could be tracked\n" + result.text);
   result.exit_code = failed == 0 ? ExitCode::done : ExitCode::part_of_batch_failed;
+  if (!unknown && by_pixels) {
+    const PosedRig posed = posed_rig(*rig, constellations(tracked));
+    result.document["rig_check"] = posed.document;
+    result.text = posed.text + result.text;
+    if (!posed.holds) result.exit_code = ExitCode::not_trusted;
+  }
   if (unknown) {
     result.text = "the rig knows no LED of this probe: rig/ holds the trackers with its LEDs\n" + result.text;
     if (auto done = write_found_rig(*folder / "rig", *rig); !done) return tl::unexpected(done.error());
   }
   const auto written =
-      write_file(*folder / "poses.csv", poses_csv(tracked))
+      write_file(*folder / "poses.csv", poses_csv(tracked, *method))
           .and_then([&] { return unknown ? Expected<void>{} : uncertainty.write(folder->path()); })
           .and_then([&] { return json_text(result.document); })
           .and_then([&](const std::string& text) { return write_file(*folder / "summary.json", text); })
@@ -148,14 +168,16 @@ Verb track_verb() {
           "but no LED of the probe, the LEDs are found first, "
           "from all stations together, and written to rig/. A station at which something moved between two readings "
           "of the LEDs fails, and so does one at which several poses explain the pixels, as three LEDs before one "
-          "tracker allow, unless --near tells which. Exit code 5 where some stations failed and the others are "
-          "written.",
+          "tracker allow, unless --near tells which. Poses by --pose=markers have no covariance: poses.csv is without "
+          "it then, and there is no stations.yaml. Exit code 5 where some stations failed and the others are "
+          "written; 4 where the LEDs of all stations together show that a tracker or an LED has moved since the "
+          "calibration, which is named.",
       .example =
           "$ crumple track door/capture.yaml --rig=rig --out=poses\n"
           "door_1: 10 readings, 0 left out, chi-square 14.2 of 14; sigma 0.021 deg, 0.32 mm\n",
       .min_inputs = 1,
       .max_inputs = 1,
-      .flags = {"rig", "out", "images", "stations", "near", "threads", "overwrite", "json"},
+      .flags = {"rig", "out", "images", "stations", "pose", "near", "threads", "overwrite", "json"},
       .required = {"rig", "out"},
       .run = run_track};
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "datasets/report/html.h"
 
@@ -76,7 +77,9 @@ std::string scale_words(const std::optional<ScaleUncertainty>& scale) {
   std::string words =
       fmt::format("Lengths contain the scale's standard uncertainty by the certificates, {} of themselves.",
                   html_number(scale->relative, fmt::format("{:.2g}", scale->relative)));
-  if (!scale->missing.empty()) words += " It lacks a part, for " + html_text(scale->missing) + ".";
+  if (!scale->lacks.empty()) {
+    words += " It is not complete: " + html_text(fmt::format("{}", fmt::join(scale->lacks, "; "))) + ".";
+  }
   return words;
 }
 

@@ -26,8 +26,9 @@ std::string certificate_words(const std::optional<BoardCertificate>& certificate
                   or_not_stated(certificate->issuer), or_not_stated(certificate->date), what,
                   certificate->pitch_sigma_mm, certificate->temperature_c);
   if (certificate->expansion_per_k) {
-    words += fmt::format(", expansion {:g} /K, u = {:g} /K", *certificate->expansion_per_k,
-                         certificate->expansion_sigma_per_k);
+    const std::optional<double>& sigma_per_k = certificate->expansion_sigma_per_k;
+    words += fmt::format(", expansion {:g} /K, u {}", *certificate->expansion_per_k,
+                         sigma_per_k ? fmt::format("= {:g} /K", *sigma_per_k) : "not stated");
   }
   if (certificate->flatness_mm) words += fmt::format(", flatness {:g} mm", *certificate->flatness_mm);
   return words;

@@ -164,8 +164,31 @@ TEST(StartFromRig, WhatIsNotSeenAgainStaysKnown) {
   const Verdict verdict = judge(leds, *found, 1);
   EXPECT_THAT(verdict.notes, testing::Contains(HasSubstr("nothing was observed by cam0, proj0: the earlier rig's")));
   EXPECT_THAT(verdict.notes, testing::Not(testing::Contains(HasSubstr("scale's uncertainty is unknown"))));
+  EXPECT_THAT(verdict.notes,
+              testing::Contains(HasSubstr("uncertainty is not complete: the thermal expansion of board")));
+  EXPECT_EQ(calibrated_rig(*found).scale_lacks, options.earlier->rig.scale_lacks);
   EXPECT_THAT(verdict.notes, testing::Not(testing::Contains(HasSubstr("extrapolated"))));
   EXPECT_THAT(verdict.reasons, testing::IsEmpty());
+}
+
+// The certificate of a board whose size the rig knows was counted with it, and so was what that lacks.
+TEST(StartFromRig, WhatTheRigsScaleLacksStaysMissing) {
+  CalibrationData data = interim(3, nullptr);
+  for (BoardSpec& board : data.boards) {
+    board.certificate =
+        BoardCertificate{.pitch_sigma_mm = 0.003, .expansion_per_k = 1e-5, .expansion_sigma_per_k = 1e-6};
+  }
+  CalibrationOptions options = kFlatBoards;
+  options.earlier = earlier_rig();  // whose scale is not known
+  const auto certified = calibrate(data, options);
+  ASSERT_TRUE(certified) << certified.error().message;
+  Rig known = calibrated_rig(*certified);
+  EXPECT_THAT(known.scale_lacks, testing::ElementsAre("the temperature during the calibration is not stated"));
+  known.scale_lacks = {"a part that is the rig's"};
+  options.earlier = EarlierRig{.rig = known};
+  const auto again = calibrate(data, options);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_THAT(calibrated_rig(*again).scale_lacks, testing::ElementsAre("a part that is the rig's"));
 }
 
 TEST(StartFromRig, HoldsWhatIsNotToBeCorrected) {

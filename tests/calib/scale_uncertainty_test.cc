@@ -11,6 +11,9 @@
 namespace crumple {
 namespace {
 
+using testing::ElementsAre;
+using testing::IsEmpty;
+
 CalibrationData noisy_data() {
   return data_of(
       make_synthetic({.placements = 6, .corner_sigma_px = 0.1, .stripe_sigma_px = 0.05, .feature_sigma_px = 0.1}));
@@ -66,9 +69,6 @@ TEST(ScaleUncertainty, TemperatureEntersScaleAndUncertainty) {
   EXPECT_NEAR(warm.scale, 1.0001, 1e-15);
   // Pitch 2e-5, temperature 1e-5 * 2, expansion 10 * 1e-6.
   EXPECT_NEAR(warm.sigma(), 1e-5 * std::sqrt(4.0 + 4 + 1), 1e-15);
-  EXPECT_EQ(missing_in(certificate, Temperature{30, 2}), "");
-  EXPECT_THAT(missing_in(certificate, {}), testing::HasSubstr("temperature"));
-  EXPECT_THAT(missing_in(BoardCertificate{.pitch_sigma_mm = 1}, {}), testing::HasSubstr("expansion"));
 
   CalibrationData data = noisy_data();
   data.boards[0].certificate = BoardCertificate{.pitch_sigma_mm = 0.01, .temperature_c = 20, .expansion_per_k = 1e-4};
@@ -78,6 +78,27 @@ TEST(ScaleUncertainty, TemperatureEntersScaleAndUncertainty) {
   const double hot =
       calibrate(data, {.warp = WarpChoice::off})->bundle.state.rig.sensors[1].sensor_from_mount.translation.norm();
   EXPECT_NEAR(hot / cold, 1.001, 1e-8);
+}
+
+// At the certificate's temperature alone the expansion's uncertainty has no part in the scale.
+TEST(ScaleUncertainty, WhatIsNotStatedIsMissing) {
+  BoardCertificate certificate{.pitch_sigma_mm = 1};
+  const auto missing = [&](const std::optional<Temperature>& capture) {
+    return missing_in(certificate, "board 'b'", capture);
+  };
+  const std::string expansion = "the thermal expansion of board 'b' is not stated",
+                    sigma = "the standard uncertainty of the thermal expansion of board 'b' is not stated",
+                    temperature = "the temperature during the calibration is not stated";
+  const Temperature warm{30, 2}, as_certified{20, 2};
+  EXPECT_THAT(missing(warm), ElementsAre(expansion));
+  EXPECT_THAT(missing({}), ElementsAre(expansion, temperature));
+  certificate.expansion_per_k = 1e-5;
+  EXPECT_THAT(missing(warm), ElementsAre(sigma));
+  EXPECT_THAT(missing({}), ElementsAre(sigma, temperature));
+  EXPECT_THAT(missing(as_certified), IsEmpty());
+  certificate.expansion_sigma_per_k = 0;
+  EXPECT_THAT(missing(warm), IsEmpty());
+  EXPECT_THAT(missing({}), ElementsAre(temperature));
 }
 
 // The first half of the placements is of the first board; the second board's true pitch is larger by 0.1 % than stated.
@@ -136,6 +157,11 @@ TEST(ScaleUncertainty, CertificatesAreWeighedAgainstEachOther) {
   EXPECT_NEAR(state.boards[0].scale, 0.9995, 2e-4);
   EXPECT_NEAR(state.boards[1].scale, 1.0005, 2e-4);
   EXPECT_NEAR(sigma, 0.0005 / std::sqrt(2), 2e-5);
+  // What either lacks, and what both lack once.
+  EXPECT_THAT(calibration.scale->lacks, ElementsAre("the thermal expansion of board 'board' is not stated",
+                                                    "the temperature during the calibration is not stated",
+                                                    "the thermal expansion of board 'other' is not stated"));
+  EXPECT_EQ(calibrated_rig(calibration).scale_lacks, calibration.scale->lacks);
 }
 
 TEST(ScaleUncertainty, TheTemperatureErrsForAllBoardsAlike) {
@@ -151,6 +177,7 @@ TEST(ScaleUncertainty, TheTemperatureErrsForAllBoardsAlike) {
 TEST(ScaleUncertainty, WithoutAnyCertificateItIsUnknown) {
   const Calibration calibration = calibrate(of_two_boards({}, {}), {.warp = WarpChoice::off}).value();
   EXPECT_FALSE(calibration.scale);
+  EXPECT_THAT(calibrated_rig(calibration).scale_lacks, IsEmpty());
   EXPECT_EQ(calibration.bundle.state.boards[1].scale, 1);
 }
 

@@ -61,6 +61,16 @@ class CertifiedBoard {
   std::filesystem::path description() const { return home_ / "capture/capture.yaml"; }
   std::filesystem::path rig() const { return home_ / "rig"; }
 
+  // Of a description beside the capture's own, with a line of that left out.
+  ProgramRun calibrate_without(const std::string& line, const std::filesystem::path& out) const {
+    const std::filesystem::path file = home_ / "capture/less.yaml";
+    EXPECT_THAT(content_of(description()), HasSubstr(line));
+    std::filesystem::copy_file(description(), file, std::filesystem::copy_options::overwrite_existing);
+    replace_in(file, line, "");
+    return run_program(
+        fmt::format("calibrate '{}' --nooverlays --noreport --json --out='{}'", file.string(), out.string()));
+  }
+
  private:
   CertifiedBoard() {
     const ProgramRun rendered =
@@ -110,6 +120,27 @@ TEST(CertificateVerbs, WithoutACertificateTheScaleIsSaidToBeUnknown) {
   EXPECT_TRUE(says(summary["notes"], "the scale's uncertainty is unknown")) << summary["notes"];
 }
 
+TEST(CertificateVerbs, TheSummaryTellsWhoWithWhatAndHowWarm) {
+  const json capture = json::parse(CertifiedBoard::get().certified().out)["capture"];
+  EXPECT_EQ(capture["operator"], "A. Surveyor");
+  EXPECT_EQ(capture["date"], "2026-02-03");
+  EXPECT_EQ(capture["temperature_c"], 32);
+  EXPECT_EQ(capture["temperature_sigma_k"], kTemperatureSigma_k);
+  ASSERT_EQ(capture["serials"].size(), 1U) << capture;  // the projector's is not stated
+  EXPECT_EQ(*capture["serials"].begin(), "C-0815");
+  EXPECT_EQ(capture["certificates"]["boards"]["board"], json({{"pitch_sigma_mm", kPitchSigma_mm},
+                                                              {"temperature_c", 20.0},
+                                                              {"expansion_per_k", kExpansion_per_k},
+                                                              {"expansion_sigma_per_k", kExpansionSigma_per_k},
+                                                              {"flatness_mm", 0.4},
+                                                              {"serial", "B-12"},
+                                                              {"issuer", "a laboratory"},
+                                                              {"date", "2025-11-30"}}));
+  const json uncertified = json::parse(CertifiedBoard::get().uncertified().out)["capture"];
+  EXPECT_EQ(uncertified.size(), 1U) << uncertified;
+  EXPECT_TRUE(uncertified["title"].is_string());
+}
+
 TEST(CertificateVerbs, TheReportTellsWhoWithWhatAndHowWarm) {
   const std::string report = content_of(CertifiedBoard::get().rig() / "report.html");
   EXPECT_THAT(report, HasSubstr("A. Surveyor"));
@@ -133,6 +164,30 @@ std::string far_apart(const Cloud& cloud) {
   return plan + "distances: [[left, right]]\n";
 }
 
+// From the certificate through the rig and the cloud to what is measured.
+TEST(CertificateVerbs, WhatTheCertificateLacksIsSaidOfAMeasuredDistance) {
+  const CertifiedBoard& board = CertifiedBoard::get();
+  const TemporaryFolder home;
+  const std::string lack = "the standard uncertainty of the thermal expansion of board 'board' is not stated";
+  const ProgramRun calibrated = board.calibrate_without("    expansion_sigma_per_k: 2.0e-6\n", home / "rig");
+  ASSERT_THAT(calibrated.exit_code, AnyOf(0, 4)) << calibrated.err;
+  const json summary = json::parse(calibrated.out);
+  EXPECT_EQ(summary["scale_uncertainty_lacks"], lack);
+  EXPECT_TRUE(says(summary["notes"], lack)) << summary["notes"];
+  EXPECT_FALSE(summary["capture"]["certificates"]["boards"]["board"].contains("expansion_sigma_per_k"));
+  const ProgramRun reconstructed =
+      run_program(fmt::format("reconstruct '{}' --rig='{}' --stations=panel_1 --json --out='{}'",
+                              board.description().string(), (home / "rig").string(), (home / "cloud").string()));
+  ASSERT_EQ(reconstructed.exit_code, 0) << reconstructed.err;
+  const json cloud = json::parse(reconstructed.out);
+  EXPECT_EQ(cloud["uncertainty"]["scale_lacks"], json::array({lack}));
+  write_content(home / "plan.yaml", far_apart(read_cloud(home / "cloud/cloud.ply").value()));
+  const std::string measure =
+      fmt::format("measure '{}' --points='{}'", (home / "cloud").string(), (home / "plan.yaml").string());
+  EXPECT_EQ(json::parse(run_program(measure + " --json").out)["scale_lacks"], json::array({lack}));
+  EXPECT_THAT(run_program(measure).out, HasSubstr("scale uncertainty incomplete: " + lack));
+}
+
 TEST(CertificateVerbs, AMeasuredDistanceHoldsTheScalesUncertainty) {
   const CertifiedBoard& board = CertifiedBoard::get();
   const TemporaryFolder home;
@@ -146,6 +201,7 @@ TEST(CertificateVerbs, AMeasuredDistanceHoldsTheScalesUncertainty) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json document = json::parse(run.out);
   EXPECT_TRUE(document["scale_known"]);
+  EXPECT_FALSE(document.contains("scale_lacks"));
   const json& distance = document["distances_mm"][0];
   const double length_mm = distance["value"], u = distance["u"];
   EXPECT_GT(length_mm, 100);

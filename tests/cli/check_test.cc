@@ -66,6 +66,77 @@ TEST(CheckVerb, InTheFolderOneStandsIn) {
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
 }
 
+class CheckBag : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(bag() / "data");
+    write_capture(bag() / "data");
+    replace_in(bag() / "data/capture.yaml", "capture/1\n", "capture/2\noperator: A. N. Other\ndate: 2024-05-03\n");
+  }
+
+  std::filesystem::path bag() const { return home_ / "campaign"; }
+  ProgramRun check_in(const std::string& folder, const std::string& flags) const {
+    return run_program("check '" + (home_ / folder).string() + "' " + flags, "SOURCE_DATE_EPOCH=86400");
+  }
+
+  TemporaryFolder home_;
+};
+
+TEST_F(CheckBag, ACaptureBecomesOne) {
+  const ProgramRun run = check_in("campaign/data/capture.yaml", "--bag");
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("written to " + bag().string() + ", which is a bag now: bag-info.txt, bagit.txt"));
+  EXPECT_THAT(content_of(bag() / "bag-info.txt"),
+              HasSubstr("Bagging-Date: 1970-01-02\nExternal-Description: Two views\n"
+                        "Capture-Operator: A. N. Other\nCapture-Date: 2024-05-03\nPayload-Oxum: "));
+  EXPECT_THAT(content_of(bag() / "manifest-sha256.txt"), HasSubstr("  data/b.png\n"));
+  const json checked = json::parse(check_in("campaign", "--json").out);
+  EXPECT_TRUE(checked["bag"]);
+  EXPECT_EQ(checked["errors"], 0);
+}
+
+TEST_F(CheckBag, TagsStayUnlessTheyMayBeReplaced) {
+  ASSERT_EQ(check_in("campaign", "--bag").exit_code, 0);
+  replace_in(bag() / "data/capture.yaml", "Two views", "Both views");
+  const std::string info = content_of(bag() / "bag-info.txt");
+  const ProgramRun again = check_in("campaign", "--bag");
+  EXPECT_EQ(again.exit_code, 3);
+  EXPECT_THAT(again.err, HasSubstr("--overwrite"));
+  EXPECT_EQ(content_of(bag() / "bag-info.txt"), info);
+  EXPECT_EQ(check_in("campaign", "").exit_code, 3);
+  const ProgramRun anew = check_in("campaign", "--bag --overwrite --json");
+  ASSERT_EQ(anew.exit_code, 0) << anew.out << anew.err;
+  const json document = json::parse(anew.out);
+  EXPECT_THAT(document["findings"][0]["sentence"].get<std::string>(), HasSubstr("was changed"));
+  EXPECT_EQ(document["findings"][0]["severity"], "warning");
+  EXPECT_EQ(document["written"].size(), 4U);
+  EXPECT_THAT(content_of(bag() / "bag-info.txt"), HasSubstr("Both views"));
+  EXPECT_EQ(check_in("campaign", "").exit_code, 0);
+}
+
+TEST_F(CheckBag, ErrorsComeFirst) {
+  std::filesystem::remove(bag() / "data/b.png");
+  const ProgramRun run = check_in("campaign", "--bag");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.out, HasSubstr("no bag is made"));
+  EXPECT_FALSE(std::filesystem::exists(bag() / "bagit.txt"));
+}
+
+TEST_F(CheckBag, WhatIsNoPayloadIsNeitherMovedNorBagged) {
+  std::filesystem::rename(bag() / "data", home_ / "photos");
+  const ProgramRun elsewhere = check_in("photos/capture.yaml", "--bag");
+  EXPECT_EQ(elsewhere.exit_code, 3);
+  EXPECT_THAT(elsewhere.err, HasSubstr("does not lie in a folder named data"));
+  EXPECT_EQ(check_in("photos/capture.yaml", "").exit_code, 0);
+  std::filesystem::create_directory(bag() / "data");
+  std::filesystem::rename(home_ / "photos/capture.yaml", bag() / "data/capture.yaml");
+  const ProgramRun images = check_in("campaign", "--bag --images='" + (home_ / "photos").string() + "'");
+  EXPECT_EQ(images.exit_code, 3);
+  EXPECT_THAT(images.err, HasSubstr("a bag holds them in"));
+  EXPECT_FALSE(std::filesystem::exists(bag() / "bagit.txt"));
+  EXPECT_EQ(check_in("campaign", "--overwrite").exit_code, 2);
+}
+
 TEST(CheckVerb, ABadDescriptionIsAnError) {
   const TemporaryFolder home;
   write_content(home / "capture.yaml", "schema: crumple-capture/1\nsensor: {}\n");

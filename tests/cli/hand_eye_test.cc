@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "datasets/npy_file.h"
+#include "datasets/pose_csv.h"
 #include "tests/cli/program.h"
 #include "tests/tracking/made_hand_eye.h"
 
@@ -24,6 +25,10 @@ std::string csv_of(const std::vector<StampedPose>& poses) {
   return text;
 }
 
+ProgramRun run_in(const TemporaryFolder& folder, const std::string& arguments) {
+  return run_program("calibrate --hand_eye " + arguments, "cd '" + folder.path().string() + "' &&");
+}
+
 class HandEyeProgram : public testing::Test {
  protected:
   HandEyeProgram() {
@@ -33,9 +38,7 @@ class HandEyeProgram : public testing::Test {
     write_content(folder_ / "eye.csv", csv_of(made_.eye));
   }
 
-  ProgramRun run(const std::string& arguments) const {
-    return run_program("calibrate --hand_eye " + arguments, "cd '" + folder_.path().string() + "' &&");
-  }
+  ProgramRun run(const std::string& arguments) const { return run_in(folder_, arguments); }
 
   TemporaryFolder folder_;
   MadeStreams made_;
@@ -49,6 +52,8 @@ TEST_F(HandEyeProgram, WritesPoseCovarianceAndSummary) {
   const auto summary = nlohmann::json::parse(content_of(folder_ / "out/summary.json"));
   EXPECT_EQ(summary["schema"], "crumple-hand-eye-summary/1");
   EXPECT_NEAR(summary["time_offset"]["offset_s"].get<double>(), 0.123, 5e-4);
+  EXPECT_EQ(summary["paired"], false);
+  EXPECT_TRUE(summary.contains("hand") && summary.contains("eye"));
   for (Eigen::Index i = 0; i < 3; ++i) {
     const double found = summary["hand_from_eye"]["translation_mm"][static_cast<std::size_t>(i)];
     const double sigma = summary["hand_from_eye"]["translation_sigma_mm"][static_cast<std::size_t>(i)];
@@ -104,6 +109,120 @@ TEST_F(HandEyeProgram, RefusesTurnsAboutOneAxis) {
   EXPECT_EQ(refused.exit_code, 3) << refused.out;
   EXPECT_THAT(refused.err, testing::HasSubstr("axes are parallel"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+// As poses.csv of `crumple track` has them.
+std::string station_csv_of(const std::vector<StampedPose>& poses) {
+  std::string text = fmt::format("{},c00,c01\n", kStationPoseColumns);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Vector3d& t = poses[i].fixed_from_moving.translation;
+    const Eigen::Quaterniond& q = poses[i].fixed_from_moving.rotation;
+    text += fmt::format("#{},{},{},{},{},{},{},{},1e-8,0\n", i, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  return text;
+}
+
+// An arm that goes and stops: twelve poses of its flange and twelve of its camera, in two files.
+class PairedLists : public testing::Test {
+ protected:
+  PairedLists() {
+    std::mt19937 random(5);
+    made_ = make_hand_eye(
+        {.poses = 12, .hand_sigma_deg = 0.01, .hand_sigma_mm = 0.1, .eye_sigma_deg = 0.05, .eye_sigma_mm = 0.3},
+        random);
+    for (const PosePair& pair : made_.pairs) {
+      hand_.push_back({pair.time_s, pair.world_from_hand});
+      eye_.push_back({pair.time_s, pair.board_from_eye});
+    }
+    write();
+  }
+
+  void write() const {
+    write_content(folder_ / "arm.csv", csv_of(hand_));
+    write_content(folder_ / "camera.csv", csv_of(eye_));
+  }
+
+  ProgramRun run(const std::string& arguments) const { return run_in(folder_, arguments); }
+
+  void expect_found(const nlohmann::json& summary) const {
+    EXPECT_EQ(summary["pairs"], 12);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const double found = summary["hand_from_eye"]["translation_mm"][static_cast<std::size_t>(i)];
+      const double sigma = summary["hand_from_eye"]["translation_sigma_mm"][static_cast<std::size_t>(i)];
+      EXPECT_LT(sigma, 5);
+      EXPECT_NEAR(found, made_.hand_from_eye.translation[i], 5 * sigma);
+    }
+  }
+
+  TemporaryFolder folder_;
+  MadeHandEye made_;
+  std::vector<StampedPose> hand_, eye_;
+};
+
+// No times on one side, numbers that count down on the other.
+TEST_F(PairedLists, NeedNoTimes) {
+  for (StampedPose& pose : hand_) pose.time_s = 0;
+  for (StampedPose& pose : eye_) pose.time_s = 100 - pose.time_s;
+  write();
+  const ProgramRun done = run("arm.csv camera.csv --paired --out=out");
+  ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
+  EXPECT_THAT(done.out, testing::HasSubstr("\npaired: "));
+  EXPECT_THAT(done.out, testing::Not(testing::HasSubstr("time offset")));
+  const auto summary = nlohmann::json::parse(content_of(folder_ / "out/summary.json"));
+  expect_found(summary);
+  EXPECT_EQ(summary["paired"], true);
+  for (const char* key : {"time_offset", "hand", "eye"}) EXPECT_FALSE(summary.contains(key)) << key;
+  EXPECT_THAT(content_of(folder_ / "out/hand_eye.yaml"), testing::Not(testing::HasSubstr("time_offset")));
+  EXPECT_EQ(read_npy(folder_ / "out/covariance.npy").value().rows(), 12);
+}
+
+TEST_F(PairedLists, MayBeInverted) {
+  for (StampedPose& pose : eye_) pose.fixed_from_moving = pose.fixed_from_moving.inverse();
+  write();
+  const ProgramRun done = run("arm.csv camera.csv --paired --invert=eye --json --out=out");
+  ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
+  expect_found(nlohmann::json::parse(done.out));
+}
+
+TEST_F(PairedLists, MustHaveEquallyManyPoses) {
+  eye_.erase(eye_.begin() + 4);
+  write();
+  const ProgramRun refused = run("arm.csv camera.csv --paired --out=out");
+  EXPECT_EQ(refused.exit_code, 3) << refused.out;
+  EXPECT_THAT(refused.err, testing::HasSubstr("arm.csv has 12 poses and camera.csv has 11"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+// Too few for an offset of clocks: the sentence says what they may be.
+TEST_F(PairedLists, AreHintedAtWhereNoOffsetIsTold) {
+  const ProgramRun refused = run("arm.csv camera.csv --out=out");
+  EXPECT_EQ(refused.exit_code, 3) << refused.out;
+  EXPECT_THAT(refused.err,
+              testing::AllOf(testing::HasSubstr("the time offset cannot be told"), testing::HasSubstr("--paired")));
+  for (StampedPose& pose : hand_) pose.time_s = 0;
+  write();
+  EXPECT_THAT(run("arm.csv camera.csv --out=out").err,
+              testing::AllOf(testing::HasSubstr("at different times"), testing::HasSubstr("--paired")));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+// Poses of the hand from `crumple track`: in mm, and without times.
+TEST_F(PairedLists, MayBeThoseOfTrack) {
+  write_content(folder_ / "poses.csv", station_csv_of(hand_));
+  const ProgramRun done = run("poses.csv camera.csv --paired --json --out=out");
+  ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
+  expect_found(nlohmann::json::parse(done.out));
+  const ProgramRun refused = run("poses.csv camera.csv --out=without");
+  EXPECT_EQ(refused.exit_code, 3) << refused.out;
+  EXPECT_THAT(refused.err, testing::AllOf(testing::HasSubstr("poses.csv: is poses.csv of `crumple track`"),
+                                          testing::HasSubstr("--paired")));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "without"));
+}
+
+TEST_F(PairedLists, AreOfHandAndEye) {
+  const ProgramRun refused = run_program("calibrate capture.yaml --paired --out=out");
+  EXPECT_EQ(refused.exit_code, 2) << refused.out;
+  EXPECT_THAT(refused.err, testing::HasSubstr("--paired is about poses"));
 }
 
 TEST_F(HandEyeProgram, DoubtsNoisyPoses) {

@@ -19,6 +19,7 @@ namespace crumple {
 namespace {
 
 using nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -80,6 +81,19 @@ class MeasureVerb : public testing::Test {
         "40}}\n"
         "ball_bars:\n  bar: {{spheres: [left, right], length_mm: {}, length_sigma_mm: 0.002}}\n",
         sphere(left_), sphere(right_), list_of(plate_), (right_ - left_).norm());
+  }
+
+  // Of a board, by a certificate that lacks what is said.
+  void know_scale(const std::vector<std::string>& lacks) const {
+    StationsAndRig known = read_stations(home_ / "cloud").value();
+    RigCovariance& covariance = known.rig.covariance;
+    const auto rows = static_cast<Eigen::Index>(covariance.names.size()) + 1;
+    covariance.names.emplace_back("board.scale");
+    covariance.matrix.conservativeResizeLike(Eigen::MatrixXd::Zero(rows, rows));
+    covariance.matrix(rows - 1, rows - 1) = 1e-10;
+    known.poses.d_rig.conservativeResizeLike(Eigen::MatrixXd::Zero(known.poses.d_rig.rows(), rows));
+    known.rig.scale_lacks = lacks;
+    ASSERT_TRUE(write_stations(home_ / "cloud", known.rig, known.poses));
   }
 
   TemporaryFolder home_;
@@ -186,6 +200,63 @@ TEST_F(MeasureVerb, ArtefactsAreHeldAgainstTheirCertificates) {
   EXPECT_EQ(wrong.exit_code, 4);
   EXPECT_THAT(wrong.out, HasSubstr("beyond U  limit 0.1 exceeded"));
   EXPECT_THAT(wrong.out, HasSubstr("not accepted"));
+}
+
+// A limit that the observed value keeps by less than the certificate's uncertainty is not kept.
+TEST_F(MeasureVerb, ALimitIsKeptBeyondTheCertificatesUncertaintyOnly) {
+  const json sizes = json::parse(measure(artefacts(50), "--vdi2634", "--json").out)["results"];
+  double largest_mm = 0;
+  for (const json& result : sizes) {
+    if (result["what"] == "probing_size") {
+      largest_mm = std::max(largest_mm, std::abs(result["observed_mm"].get<double>()));
+    }
+  }
+  const auto judged = [&](double limit_mm) {
+    const ProgramRun run =
+        measure(artefacts(50) + fmt::format("limits_mm: {{probing_size: {}}}\n", limit_mm), "--vdi2634", "--json");
+    std::vector<std::string> verdicts;
+    const json document = json::parse(run.out);
+    for (const json& result : document["results"]) {
+      if (result.contains("limit")) verdicts.push_back(result["limit"]);
+    }
+    EXPECT_EQ(run.exit_code, document["accepted"] ? 0 : 4);
+    return verdicts;
+  };
+  EXPECT_THAT(judged(largest_mm + 0.01), testing::Each("kept"));
+  EXPECT_THAT(judged(largest_mm + 1e-5), testing::Contains("undecided"));
+}
+
+TEST_F(MeasureVerb, ATestWithFewPositionsIsSaidToBeReduced) {
+  const json positions = json::parse(measure(artefacts(50), "--vdi2634", "--json").out)["positions"];
+  EXPECT_EQ(positions, (json{{"spheres", 2}, {"ball_bars", 1}, {"plates", 1}, {"complete", false}}));
+  EXPECT_THAT(measure(artefacts(50), "--vdi2634").out,
+              HasSubstr("a reduced test: part 2 asks for 10 positions of a sphere, 7 of a ball bar and 6 of a plate, "
+                        "here are 2, 1 and 1"));
+}
+
+TEST_F(MeasureVerb, AScaleThatIsKnownInPartIsSaidToBe) {
+  know_scale({"the expansion is not stated", "the temperature is not stated"});
+  const std::string sentence =
+      "scale uncertainty incomplete: the expansion is not stated; the temperature is not stated";
+  const std::string plan = kHead + spheres() + "distances: [[left, right]]\n";
+  for (const auto& [flag, text] : {std::pair("--points", plan), std::pair("--vdi2634", artefacts(50))}) {
+    const ProgramRun said = measure(text, flag), document_run = measure(text, flag, "--json");
+    ASSERT_EQ(said.exit_code, 0) << said.err;
+    EXPECT_THAT(said.out, HasSubstr(sentence));
+    const json document = json::parse(document_run.out);
+    EXPECT_TRUE(document["scale_known"]);
+    EXPECT_EQ(document["scale_lacks"], json({"the expansion is not stated", "the temperature is not stated"}));
+  }
+  EXPECT_THAT(measure(plan).out, HasSubstr(">=0.0000"));
+}
+
+TEST_F(MeasureVerb, AScaleThatIsKnownCompletelyGoesWithoutSaying) {
+  know_scale({});
+  const std::string plan = kHead + spheres() + "distances: [[left, right]]\n";
+  EXPECT_THAT(measure(plan).out, AllOf(Not(HasSubstr("scale uncertainty")), Not(HasSubstr(">="))));
+  const json document = json::parse(measure(plan, "--points", "--json").out);
+  EXPECT_TRUE(document["scale_known"]);
+  EXPECT_FALSE(document.contains("scale_lacks"));
 }
 
 TEST_F(MeasureVerb, PlansThatCannotBeCarriedOutAreRefused) {

@@ -173,10 +173,12 @@ TEST(TrackedSystemVerbs, WhatIsStatedMustBeRead) {
     EXPECT_EQ(other_schema.exit_code, 3) << other_schema.out;
     EXPECT_THAT(other_schema.err, HasSubstr("crumple-stations/1"));
   }
-  const ProgramRun markers = run_program("reconstruct '" + capture + "' --rig='" + system.rig() + "' --out='" +
-                                         (home / "out").string() + "' --near=previous --pose=markers");
-  EXPECT_EQ(markers.exit_code, 2);
-  EXPECT_THAT(markers.err, HasSubstr("--near wants --pose=pixels"));
+  for (const std::string verb : {"track", "reconstruct"}) {
+    const ProgramRun markers = run_program(verb + " '" + capture + "' --rig='" + system.rig() + "' --out='" +
+                                           (home / "out").string() + "' --near=previous --pose=markers");
+    EXPECT_EQ(markers.exit_code, 2) << verb;
+    EXPECT_THAT(markers.err, HasSubstr("--near wants --pose=pixels")) << verb;
+  }
   EXPECT_FALSE(std::filesystem::exists(home / "out"));
 }
 

@@ -13,6 +13,7 @@
 
 #include "datasets/capture.h"
 #include "datasets/cloud_file.h"
+#include "datasets/pose_csv.h"
 #include "solvers/distribution_tails.h"
 #include "tests/cli/program.h"
 
@@ -38,6 +39,7 @@ class TrackedScan {
   }
 
   std::filesystem::path capture() const { return home_ / "capture"; }
+  std::filesystem::path rig() const { return home_ / "rig"; }
   const ProgramRun& rendered() const { return rendered_; }
   const ProgramRun& calibrated() const { return calibrated_; }
 
@@ -240,26 +242,30 @@ TEST(TrackedScanVerbs, ReconstructRefinesStationsByABoardThatStaysInTheRoom) {
   expect_as_good_as_stated(summary);
 }
 
-// The second half of door_2's images of the LEDs is taken from where the probe stood after a push by 1 mm.
-TEST(TrackedScanVerbs, AStationThatWasPushedBetweenReadingsIsNamedAndTheOtherIsWritten) {
+// A description with these stations and door_2, the second half of whose images of the LEDs is taken from where the
+// probe stood after a push by 1 mm.
+void describe_with_push(const std::string& description, const std::string& stations) {
+  using std::filesystem::copy_options;
   const TrackedScan& scan = TrackedScan::get();
-  ASSERT_EQ(scan.rendered().exit_code, 0) << scan.rendered().err;
   const std::filesystem::path pushed = scan.capture() / "door_2_pushed";
-  std::filesystem::copy(scan.capture() / "door_2", pushed, std::filesystem::copy_options::recursive);
+  std::filesystem::copy(scan.capture() / "door_2", pushed, copy_options::recursive | copy_options::overwrite_existing);
   const Capture capture = read_capture(scan.capture() / "capture.yaml").value();
   for (const std::string tracker : {"tracker0", "tracker1"}) {
     const std::size_t frames = capture.frames_of(tracker).size();
     for (std::size_t frame = frames - capture.leds.front().word.size(); frame < frames; ++frame) {
       const std::filesystem::path image = capture.image_file(tracker, "pushed", frame);
-      std::filesystem::copy_file(image, pushed / tracker / image.filename(),
-                                 std::filesystem::copy_options::overwrite_existing);
+      std::filesystem::copy_file(image, pushed / tracker / image.filename(), copy_options::overwrite_existing);
     }
   }
   const std::string whole = content_of(scan.capture() / "capture.yaml");
-  write_content(scan.capture() / "pushed.yaml", whole.substr(0, whole.find("\nstations:")) +
-                                                    "\nstations:\n"
-                                                    "  - {id: door_1, board: false}\n"
-                                                    "  - {id: door_2, name_in_files: door_2_pushed, board: false}\n");
+  write_content(scan.capture() / description, whole.substr(0, whole.find("\nstations:")) + "\nstations:\n" + stations +
+                                                  "  - {id: door_2, name_in_files: door_2_pushed, board: false}\n");
+}
+
+TEST(TrackedScanVerbs, AStationThatWasPushedBetweenReadingsIsNamedAndTheOtherIsWritten) {
+  const TrackedScan& scan = TrackedScan::get();
+  ASSERT_EQ(scan.rendered().exit_code, 0) << scan.rendered().err;
+  describe_with_push("pushed.yaml", "  - {id: door_1, board: false}\n");
   const TemporaryFolder home;
   const ProgramRun run = scan.reconstruct("pushed.yaml", "", home / "cloud");
   ASSERT_EQ(run.exit_code, 5) << run.err;
@@ -272,6 +278,95 @@ TEST(TrackedScanVerbs, AStationThatWasPushedBetweenReadingsIsNamedAndTheOtherIsW
   ASSERT_EQ(summary["stations"].size(), 1U);
   EXPECT_EQ(summary["stations"][0]["id"], "door_1");
   EXPECT_THAT(read_cloud(home / "cloud/cloud.ply").value().stations, testing::ElementsAre("door_1"));
+}
+
+// Its LEDs were read where it stood nowhere: a calibration and a check of the rig do without them, by name.
+TEST(TrackedScanVerbs, CalibrateAndCheckLeaveOutAStationThatWasPushedBetweenReadings) {
+  const TrackedScan& scan = TrackedScan::get();
+  ASSERT_THAT(scan.calibrated().exit_code, AnyOf(0, 4)) << scan.calibrated().err;
+  for (const json& view : json::parse(scan.calibrated().out)["skipped"]) {
+    EXPECT_THAT(view["reason"].get<std::string>(), Not(HasSubstr("moved by up to"))) << view;
+  }
+  describe_with_push("pushed_few.yaml",
+                     "  - {id: cal_1, placement: bench_a}\n"
+                     "  - {id: cal_2, placement: bench_a}\n"
+                     "  - {id: cal_3, placement: bench_a}\n");
+  const std::string description = (scan.capture() / "pushed_few.yaml").string();
+  const std::string warning = "station door_2: its LEDs are left out: the probe or a tracker moved by up to ";
+  const TemporaryFolder home;
+  const ProgramRun run =
+      run_program(fmt::format("calibrate '{}' --start='{}' --nooverlays --noreport --json --out='{}'", description,
+                              scan.rig().string(), (home / "rig").string()));
+  ASSERT_THAT(run.exit_code, AnyOf(0, 4)) << run.err;
+  EXPECT_THAT(run.err, HasSubstr(warning));
+  const json summary = json::parse(run.out);
+  EXPECT_EQ(summary["stations"], 3);
+  const json& skipped = summary["skipped"];
+  const auto moved =
+      std::find_if(skipped.begin(), skipped.end(), [](const json& s) { return s["station"] == "door_2"; });
+  ASSERT_NE(moved, skipped.end()) << skipped;
+  EXPECT_EQ((*moved)["sensor"], "all trackers");
+  EXPECT_THAT((*moved)["reason"].get<std::string>(), testing::StartsWith("the probe or a tracker moved by up to "));
+  const ProgramRun check = run_program(fmt::format("check '{}' --rig='{}'", description, scan.rig().string()));
+  EXPECT_THAT(check.exit_code, AnyOf(0, 4)) << check.out;
+  EXPECT_THAT(check.err, HasSubstr(warning));
+}
+
+// The first half of the images of the LEDs alone: every word once.
+TEST(TrackedScanVerbs, ReconstructSaysThatStillnessWasNotTested) {
+  const TrackedScan& scan = TrackedScan::get();
+  ASSERT_EQ(scan.rendered().exit_code, 0) << scan.rendered().err;
+  std::string text = content_of(scan.capture() / "capture.yaml");
+  const std::string step = "  - {leds: 1}\n";
+  text.erase(text.find(step), 16 * step.size());
+  write_content(scan.capture() / "once.yaml", text);
+  const TemporaryFolder home;
+  const ProgramRun once =
+      run_program(fmt::format("reconstruct '{}' --rig='{}' --stations=door_1 --out='{}'",
+                              (scan.capture() / "once.yaml").string(), scan.rig().string(), (home / "once").string()));
+  ASSERT_EQ(once.exit_code, 0) << once.err;
+  EXPECT_THAT(once.out, HasSubstr("stillness was not tested at door_1: the LEDs' words were read once there"));
+  const json summary = json::parse(content_of(home / "once/summary.json"));
+  EXPECT_EQ(summary["stillness_not_tested"], json::array({"door_1"}));
+  const ProgramRun twice = scan.reconstruct("capture.yaml", "--stations=door_1", home / "twice");
+  ASSERT_EQ(twice.exit_code, 0) << twice.err;
+  EXPECT_FALSE(json::parse(twice.out).contains("stillness_not_tested"));
+}
+
+// Markers have no covariance: whatever follows from one is not there, and the summary says why.
+TEST(TrackedScanVerbs, TrackPosesByMarkers) {
+  const TrackedScan& scan = TrackedScan::get();
+  ASSERT_THAT(scan.calibrated().exit_code, AnyOf(0, 4)) << scan.calibrated().err;
+  const TemporaryFolder home;
+  const auto track = [&](const std::string& pose) {
+    return run_program(fmt::format("track '{}' --rig='{}' --stations=door_1,door_2 --pose={} --json --out='{}'",
+                                   (scan.capture() / "capture.yaml").string(), scan.rig().string(), pose,
+                                   (home / pose).string()));
+  };
+  const ProgramRun pixels = track("pixels"), markers = track("markers"), neither = track("neither");
+  ASSERT_EQ(pixels.exit_code, 0) << pixels.err;
+  ASSERT_EQ(markers.exit_code, 0) << markers.err;
+  EXPECT_EQ(neither.exit_code, 2);
+  EXPECT_THAT(neither.err, HasSubstr("--pose=neither is neither pixels nor markers"));
+  const json by_pixels = json::parse(pixels.out), by_markers = json::parse(markers.out);
+  EXPECT_THAT(by_markers["uncertainty"]["lacks"].get<std::string>(), HasSubstr("markers"));
+  EXPECT_FALSE(by_pixels.contains("uncertainty"));
+  for (const char* station : {"door_1", "door_2"}) {
+    const json &one = by_pixels["stations"][station], &other = by_markers["stations"][station];
+    const double apart_mm = (vector_of(one["translation_mm"]) - vector_of(other["translation_mm"])).norm();
+    EXPECT_GT(apart_mm, 0) << station;
+    EXPECT_LT(apart_mm, 10) << station;
+    for (const char* key : {"sigma_deg", "sigma_mm", "chi_square", "redundancy", "left_out"}) {
+      EXPECT_TRUE(one.contains(key)) << key;
+      EXPECT_FALSE(other.contains(key)) << key;
+    }
+    EXPECT_GT(one["stillness"]["degrees"], 0) << station;
+    EXPECT_EQ(one["stillness"], other["stillness"]) << station;
+  }
+  EXPECT_THAT(content_of(home / "markers/poses.csv"),
+              testing::StartsWith(std::string(kStationPoseColumns) + "\ndoor_1,"));
+  EXPECT_TRUE(std::filesystem::exists(home / "pixels/stations.yaml"));
+  EXPECT_FALSE(std::filesystem::exists(home / "markers/stations.yaml"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "datasets/capture.h"
+#include "datasets/pose_csv.h"
 #include "datasets/rig_file.h"
 #include "tests/cli/tracked_system.h"
 
@@ -71,6 +72,23 @@ TEST(TrackedSystemVerbs, TrackPosesEveryStationThatShowsLeds) {
   EXPECT_NEAR(wand["translation_mm"][1].get<double>(), 1.49, 6);
   EXPECT_NEAR(wand["translation_mm"][2].get<double>(), 1784.39, 6);
   EXPECT_THAT(content_of(home / "poses/poses.csv"), HasSubstr("\nwand_1,"));
+  EXPECT_THAT(content_of(home / "poses/poses.csv"),
+              testing::StartsWith(fmt::format("{},c00,c01,", kStationPoseColumns)));
+}
+
+// Words of 16 steps in 16 frames: nothing is there to compare, and that is said once for all stations.
+TEST(TrackedSystemVerbs, TrackSaysThatStillnessWasNotTested) {
+  const TrackedSystem& system = TrackedSystem::get();
+  const TemporaryFolder home;
+  const ProgramRun run = run_program("track '" + system.capture() + "/capture.yaml' --rig='" + system.rig() +
+                                     "' --stations=cal_01,cal_05 --out='" + (home / "poses").string() + "'");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("stillness was not tested at cal_01, cal_05: the LEDs' words were read once there"));
+  const json stations = json::parse(content_of(home / "poses/summary.json"))["stations"];
+  for (const char* id : {"cal_01", "cal_05"}) {
+    ASSERT_TRUE(stations[id].contains("stillness")) << id;
+    EXPECT_TRUE(stations[id]["stillness"].is_null()) << id;
+  }
 }
 
 TEST(TrackedSystemVerbs, AnotherProbesRigIsRefused) {
@@ -109,6 +127,27 @@ TEST(TrackedSystemVerbs, CheckNamesTheTrackerThatMoved) {
   const json changed = json::parse(moved.out)["rig"]["changed"];
   ASSERT_FALSE(changed.empty());
   EXPECT_THAT(changed[0].dump(), HasSubstr("the place of tracker1"));
+}
+
+// So small that every station's pose looks sound by itself; all together show it.
+TEST(TrackedSystemVerbs, TrackNamesTheTrackerThatMoved) {
+  const TrackedSystem& system = TrackedSystem::get();
+  const std::string track = "track '" + system.capture() +
+                            "/capture.yaml' --json --stations=cal_02,cal_03,cal_05,cal_06,cal_07,wand_1 --rig='";
+  const TemporaryFolder home, nudged_home;
+  const ProgramRun same = run_program(track + system.rig() + "' --out='" + (home / "same").string() + "'");
+  ASSERT_EQ(same.exit_code, 0) << same.err << same.out;
+  EXPECT_TRUE(json::parse(same.out)["rig_check"]["valid"]);
+  Rig nudged = read_rig(system.rig()).value();
+  nudged.sensors[*nudged.find("tracker1")].sensor_from_mount.translation.x() += 0.5;
+  ASSERT_TRUE(write_rig(nudged_home.path(), nudged));
+  const ProgramRun moved =
+      run_program(track + nudged_home.path().string() + "' --out='" + (home / "moved").string() + "'");
+  EXPECT_EQ(moved.exit_code, 4) << moved.err << moved.out;
+  const json document = json::parse(moved.out);
+  EXPECT_TRUE(document["failed"].empty());
+  EXPECT_THAT(document["rig_check"]["changed"].dump(), HasSubstr("the place of tracker1"));
+  EXPECT_TRUE(std::filesystem::exists(home / "moved/poses.csv"));
 }
 
 // Where gnuplot is not to be found the rig is written all the same, and no half of a report.

@@ -21,6 +21,10 @@ std::string report_of_made_system(int threads) {
                                 .bundle = refine(made.truth, made.observations, {}).value()};
   Capture capture;
   capture.title = "A <probe> & its `trackers`";
+  capture.boards = data.boards;
+  capture.boards[0].certificate = BoardCertificate{.pitch_sigma_mm = 0.002, .expansion_per_k = 9e-6};
+  capture.boards[1].certificate =
+      BoardCertificate{.pitch_sigma_mm = 0.002, .expansion_per_k = 7e-6, .expansion_sigma_per_k = 0};
   const Verdict verdict{false, false, {"a reason, \"quoted\""}, {"a note"}};
   const std::vector<SkippedView> skipped{{"7", "cam0", "too dark <10 %", true}};
   const std::optional<CrossValidation> validation =
@@ -43,6 +47,8 @@ TEST(CalibrationReport, TheSameBitsAtAnyNumberOfThreads) {
   EXPECT_THAT(html, HasSubstr("a reason, &quot;quoted&quot;"));
   EXPECT_THAT(html, HasSubstr("too dark &lt;10 %"));
   EXPECT_THAT(html, HasSubstr("The scale's uncertainty is unknown"));
+  EXPECT_THAT(html, HasSubstr("expansion 9e-06 /K, u not stated"));
+  EXPECT_THAT(html, HasSubstr("expansion 7e-06 /K, u = 0 /K"));
   EXPECT_THAT(html, HasSubstr("placement_1"));
   EXPECT_THAT(html, HasSubstr("cam&lt;0&gt;"));
   EXPECT_THAT(html, HasSubstr("without c nothing is compared: too &lt;few&gt;"));

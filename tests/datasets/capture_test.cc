@@ -230,6 +230,7 @@ TEST(Capture, TakesMovedTrackersAndScaleBars) {
   const CaptureBar& bar = capture->scale_bars[0];
   EXPECT_EQ(bar.length_mm, 1200.5);
   EXPECT_EQ(bar.certificate.pitch_sigma_mm, 0.01);
+  EXPECT_FALSE(bar.certificate.expansion_sigma_per_k);  // not zero
   EXPECT_EQ(bar.places, (std::vector<std::vector<std::string>>{{"a"}, {"b", "c"}}));
 }
 

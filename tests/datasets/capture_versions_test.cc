@@ -44,6 +44,7 @@ TEST(CaptureVersions, TwoIsRead) {
   EXPECT_EQ(large.target.mark_mm, 18);
   EXPECT_EQ(large.certificate->pitch_sigma_mm, 0.002);
   EXPECT_EQ(*large.certificate->expansion_per_k, 9e-6);
+  EXPECT_EQ(large.certificate->expansion_sigma_per_k, 1e-6);
   EXPECT_EQ(capture->boards[1].target.first_id, 100);
   EXPECT_TRUE(capture->boards[2].target.staggered);
   EXPECT_THAT(capture->stations[0].boards, ElementsAre(0, 1, 2));

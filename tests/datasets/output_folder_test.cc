@@ -61,6 +61,14 @@ TEST(OutputFolder, OverwritesOnlyItsOwnKind) {
   EXPECT_EQ(home.entries(), 1);
 }
 
+// `crumple check --bag` makes one of a folder that it did not write.
+TEST(OutputFolder, ABagMayBeSomebodysOwn) {
+  const TemporaryFolder home;
+  std::filesystem::create_directories(home / "out/data");
+  write_content(home / "out/bagit.txt", "BagIt-Version: 1.0\nTag-File-Character-Encoding: UTF-8\n");
+  EXPECT_FALSE(OutputFolder::create(home / "out", true));
+}
+
 TEST(OutputFolder, RefusesWhatCameToExistMeanwhile) {
   const TemporaryFolder home;
   auto first = OutputFolder::create(home / "out", false);

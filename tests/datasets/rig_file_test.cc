@@ -49,6 +49,15 @@ Rig tracked_rig() {
   return rig;
 }
 
+// The example with a board of known scale.
+Rig scaled_rig() {
+  Rig rig = example_rig();
+  rig.covariance.names.emplace_back("board.scale");
+  rig.covariance.matrix.conservativeResizeLike(Eigen::MatrixXd::Zero(3, 3));
+  rig.covariance.matrix(2, 2) = 1e-10;
+  return rig;
+}
+
 void expect_same(const Rig& a, const Rig& b) {
   ASSERT_EQ(a.sensors.size(), b.sensors.size());
   for (std::size_t i = 0; i < a.sensors.size(); ++i) {
@@ -71,6 +80,7 @@ void expect_same(const Rig& a, const Rig& b) {
     EXPECT_EQ(a.leds[i].position_mm, b.leds[i].position_mm);
   }
   EXPECT_EQ(a.sigma_px, b.sigma_px);
+  EXPECT_EQ(a.scale_lacks, b.scale_lacks);
   EXPECT_EQ(a.covariance.names, b.covariance.names);
   EXPECT_EQ(a.covariance.matrix, b.covariance.matrix);
 }
@@ -96,6 +106,34 @@ TEST(RigFile, WithoutEitherIsOfVersionOne) {
   const TemporaryFolder home;
   ASSERT_TRUE(write_rig(home.path(), example_rig()));
   EXPECT_THAT(content_of(home / "rig.yaml"), HasSubstr("schema: crumple-rig/1"));
+}
+
+TEST(RigFile, WithAScaleIsOfVersionThreeAndKeepsWhatThatLacks) {
+  const TemporaryFolder home;
+  Rig rig = scaled_rig();
+  ASSERT_TRUE(write_rig(home.path(), rig));
+  EXPECT_THAT(content_of(home / "rig.yaml"),
+              AllOf(HasSubstr("schema: crumple-rig/3"), testing::Not(HasSubstr("scale_lacks"))));
+  expect_same(read_rig(home.path()).value(), rig);
+  rig.scale_lacks = {"the expansion of board 'b' is not stated", "a \"second\": part"};
+  ASSERT_TRUE(write_rig(home.path(), rig));
+  const auto read = read_rig(home.path());
+  ASSERT_TRUE(read) << read.error().message;
+  expect_same(*read, rig);
+  replace_in(home / "rig.yaml", "crumple-rig/3", "crumple-rig/2");
+  EXPECT_THAT(read_rig(home.path()).error().message, HasSubstr("scale_lacks: is new in crumple-rig/3"));
+}
+
+// Complete, as far as such a file tells; but a file of that version told nothing.
+TEST(RigFile, AScaleOfAnEarlierVersionIsNotTakenForComplete) {
+  const TemporaryFolder home;
+  ASSERT_TRUE(write_rig(home.path(), scaled_rig()));
+  replace_in(home / "rig.yaml", "crumple-rig/3", "crumple-rig/1");
+  const auto read = read_rig(home.path());
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_THAT(read->scale_lacks, testing::ElementsAre(HasSubstr("not recorded")));
+  ASSERT_TRUE(write_rig(home.path(), *read));
+  expect_same(read_rig(home.path()).value(), *read);
 }
 
 TEST(RigFile, NewKeysNeedTheirVersion) {
@@ -166,6 +204,7 @@ TEST(RigFile, RefusesToWriteWhatCouldNotBeRead) {
   EXPECT_THAT(message([](Rig& rig) { rig.covariance.matrix(0, 1) = NAN; }), HasSubstr("covariance"));
   EXPECT_THAT(message([](Rig& rig) { rig.covariance.matrix(0, 0) = -1; }), HasSubstr("cam0.fx"));
   EXPECT_THAT(message([](Rig& rig) { rig.covariance.names.pop_back(); }), HasSubstr("2 x 2"));
+  EXPECT_THAT(message([](Rig& rig) { rig.scale_lacks = {""}; }), HasSubstr("without words"));
   EXPECT_EQ(home.entries(), 0);
 }
 
@@ -195,7 +234,9 @@ TEST_P(DamagedRig, IsRefusedNamingFileAndPlace) {
 }
 
 INSTANTIATE_TEST_SUITE_P(RigFile, DamagedRig,
-                         testing::Values(Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/3", "schema"},
+                         testing::Values(Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/4", "schema"},
+                                         Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/3\nscale_lacks: []",
+                                                "scale_lacks: must say something"},
                                          Damage{"rig.yaml", "length: mm", "length: m", "units.length"},
                                          Damage{"rig.yaml", "name: \"proj-0\"", "name: \"cam0\"", "two sensors"},
                                          Damage{"rig.yaml", "kind: projector", "kind: laser", "kind"},

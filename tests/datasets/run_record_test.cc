@@ -13,8 +13,11 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-// FIPS 180-2, appendix B.1.
+// FIPS 180-2, appendices B.1 and C.1.
 constexpr const char* sha256_of_abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+constexpr const char* sha512_of_abc =
+    "ddaf35a193617abacc417349ae20413112e6fa4e89a97ea20a9eeee64b55d39a2192992a274fc1a836ba3c23a3feebbd454d4423643ce80e"
+    "2a9ac94fa54ca49f";
 
 json entity(const json& crate, const std::string& id) {
   for (const json& node : crate["@graph"])
@@ -29,6 +32,8 @@ TEST(RunRecord, HashesAsFipsSays) {
   EXPECT_THAT(sha256_of_file(home / "none").error().message, HasSubstr("none"));
   EXPECT_FALSE(sha256_of_file(home.path()));
   EXPECT_EQ(sha256_of_text("abc"), sha256_of_abc);
+  EXPECT_EQ(sha512_of_file(home / "abc").value(), sha512_of_abc);
+  EXPECT_THAT(sha512_of_file(home / "none").error().message, HasSubstr("none"));
 }
 
 TEST(RunRecord, StatesWhatWentInAndCameOut) {

@@ -49,6 +49,19 @@ TEST(SceneFile, reads_the_scenes_that_come_with_the_program) {
   const Scene door = scene_from_file("door.yaml");
   EXPECT_EQ(door.orientations.size(), 4U);
   EXPECT_EQ(door.stations.size(), 12U);
+
+  // The car is scanned with what the tracked door calibrates.
+  const Scene tracked = scene_from_file("tracked_door.yaml"), car = scene_from_file("car_crash.yaml");
+  ASSERT_EQ(car.cameras.size(), tracked.cameras.size());
+  for (std::size_t c = 0; c < car.cameras.size(); ++c) {
+    EXPECT_EQ(car.cameras[c].sensor.name, tracked.cameras[c].sensor.name);
+    EXPECT_EQ(car.cameras[c].sensor.lens.parameters(), tracked.cameras[c].sensor.lens.parameters());
+  }
+  ASSERT_EQ(car.tracking.leds.size(), tracked.tracking.leds.size());
+  for (std::size_t l = 0; l < car.tracking.leds.size(); ++l) {
+    EXPECT_EQ(car.tracking.leds[l].led.position_mm, tracked.tracking.leds[l].led.position_mm);
+  }
+  EXPECT_FALSE(scene_from_file("projected_board.yaml").stations.empty());
 }
 
 TEST(SceneFile, names_line_column_and_field_of_a_mistake) {

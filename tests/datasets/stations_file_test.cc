@@ -16,6 +16,7 @@ Rig rig_of_a_pair() {
   rig.sensors = {{"cam", SensorKind::camera, *lens, {}}, {"proj", SensorKind::projector, *lens, {}}};
   rig.sensors[1].sensor_from_mount.translation = {-200, 0, 0};
   rig.covariance = {{"cam.fx", "proj.translation_x"}, Eigen::Matrix2d::Identity()};
+  rig.scale_lacks = {"the temperature is not stated"};
   return rig;
 }
 
@@ -37,6 +38,7 @@ TEST(StationsFile, WhatIsWrittenIsReadBack) {
   const auto read = read_stations(home.path());
   ASSERT_TRUE(read) << read.error().message;
   EXPECT_EQ(read->rig.covariance.names, rig_of_a_pair().covariance.names);
+  EXPECT_EQ(read->rig.scale_lacks, rig_of_a_pair().scale_lacks);
   EXPECT_EQ(read->poses.d_rig, poses.d_rig);
   EXPECT_EQ(read->poses.covariance, poses.covariance);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -48,6 +50,17 @@ TEST(StationsFile, WhatIsWrittenIsReadBack) {
     ASSERT_EQ(read->poses.views[i].angles_rad.size(), poses.views[i].angles_rad.size());
     EXPECT_NEAR(read->poses.views[i].angles_rad.back(), poses.views[i].angles_rad.back(), 1e-15);
   }
+}
+
+TEST(StationsFile, NoStationsAreReadBack) {
+  const TemporaryFolder home;
+  StationPoses none;
+  none.d_rig.resize(0, 2);
+  none.covariance.resize(0, 0);
+  ASSERT_TRUE(write_stations(home.path(), rig_of_a_pair(), none));
+  const auto read = read_stations(home.path());
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_TRUE(read->poses.stations.empty());
 }
 
 TEST(StationsFile, ThePosesAloneNeedNoFilesBesideThem) {

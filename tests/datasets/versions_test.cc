@@ -101,6 +101,20 @@ TEST(RigVersions, TwoIsReadWithItsCovariance) {
   EXPECT_EQ(covariance("board.scale", "board.scale"), 5.918934240362819e-10);
   EXPECT_EQ(covariance("probe.datum_rotation_x", "probe.datum_rotation_x"), 2.1951395889591161e-07);
   EXPECT_EQ(covariance("world.datum_translation_z", "e.z"), 0.0021850263571751905);
+  EXPECT_THAT(rig->scale_lacks, ElementsAre("whether its certificates were complete was not recorded with the rig"));
+}
+
+// Of a board whose certificate lacks a part.
+TEST(RigVersions, ThreeIsRead) {
+  const auto rig = read_rig(kData / "rigs/version_3");
+  ASSERT_TRUE(rig) << rig.error().message;
+  ASSERT_EQ(rig->sensors.size(), 2U);
+  EXPECT_EQ(rig->sensors[1].sensor_from_mount.translation.x(), -200);
+  EXPECT_THAT(rig->scale_lacks, ElementsAre("the thermal expansion of board 'board' is not stated",
+                                            "the temperature during the calibration is not stated"));
+  EXPECT_THAT(rig->covariance.names, ElementsAre("cam.fx", "proj.translation_x", "board.scale"));
+  EXPECT_EQ(rig->covariance.matrix(2, 2), 0x1p-30);
+  EXPECT_EQ(rig->covariance.matrix(1, 2), -0x1p-18);
 }
 
 TEST(PlacementsVersions, OneIsRead) {
