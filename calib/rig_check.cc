@@ -75,9 +75,10 @@ class Checker {
   // Boards are bent, or flat where too little of them is seen to tell.
   void settle_warp() { options_.estimate_warp = refine_without({}).has_value(); }
 
-  // Readings that no rig of the kind explains are errors of decoding, and say nothing of a change.
-  Expected<void> leave_out_decoding_errors() {
-    if (data_.observations.stripes.empty()) return {};
+  // What no rig of the kind explains says nothing of a change: stripes' readings that are errors of decoding, and LEDs'
+  // noise beyond what the rig knows.
+  Expected<void> look_without_the_rig() {
+    if (data_.observations.stripes.empty() && data_.observations.leds.empty()) return {};
     Rig vague = earlier_.rig;
     vague.covariance.matrix *= kVague;
     const auto known = rig_prior(vague, start_, data_.observations);
@@ -91,6 +92,11 @@ class Checker {
     const auto bundle = refine(start_, data_.observations, options);
     if (!bundle) return tl::unexpected(bundle.error());
     data_.observations.stripes = accepted_stripes(data_.observations.stripes, bundle->views);
+    for (const GroupSummary& group : bundle->groups) {
+      if (group.kind != View::Kind::leds || !group.sigma_estimated) continue;
+      double& sigma_px = options_.known_sigma_px[group_name(start_.rig, group.sensor, group.kind)];
+      sigma_px = std::max(sigma_px, group.sigma_px);
+    }
     return {};
   }
 
@@ -236,7 +242,7 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
   const EarlierRig known{.rig = without_bars(earlier.rig, data), .board_scales = earlier.board_scales};
   Checker checker(data, known, std::move(*start), threads);
   checker.settle_warp();
-  if (auto done = checker.leave_out_decoding_errors(); !done) return tl::unexpected(done.error());
+  if (auto done = checker.look_without_the_rig(); !done) return tl::unexpected(done.error());
   auto current = checker.refine_unchanged();
   if (!current) return tl::unexpected(current.error());
   RigCheck check{current->square_sum, checker.redundancy(*current), checker.parts(*current), {}};

@@ -23,12 +23,14 @@ const Rig& calibrated_before() {
 using NamedConstellations = std::vector<std::pair<std::string, Constellation>>;
 
 // Six stations of a scan, LEDs alone, with `misread` px added to one reading of the third.
-NamedConstellations posed_stations(unsigned seed, void (*change)(Rig&), double misread_px = 0) {
+NamedConstellations posed_stations(unsigned seed, void (*change)(Rig&), double misread_px = 0,
+                                   double led_sigma_px = kPosedRigCampaign.led_sigma_px) {
   MadeSystemOptions options = kPosedRigCampaign;
   options.stations = options.tracker_placements = 0;
   options.wand_stations = 6;
   options.seed = seed;
   options.change = change;
+  options.led_sigma_px = led_sigma_px;
   const MadeSystem made = make_system(options);
   std::vector<LedReadings> readings(6);
   for (const LedView& view : made.observations.leds) {
@@ -64,6 +66,15 @@ void turn_second_tracker(Rig& rig, double turn_rad) {
 TEST(PosedRigCheck, FindsNothingWhereNothingChanged) {
   for (unsigned seed = 10; seed < 20; ++seed) {
     const auto check = check_posed_rig(calibrated_before(), posed_stations(seed, nullptr), 1);
+    ASSERT_TRUE(check) << check.error().message;
+    EXPECT_TRUE(check->valid()) << seed;
+  }
+}
+
+// Air that shimmers is no change of the rig.
+TEST(PosedRigCheck, NoisierReadingsThanAtTheCalibrationAreNoChange) {
+  for (unsigned seed = 40; seed < 46; ++seed) {
+    const auto check = check_posed_rig(calibrated_before(), posed_stations(seed, nullptr, 0, 0.15), 1);
     ASSERT_TRUE(check) << check.error().message;
     EXPECT_TRUE(check->valid()) << seed;
   }
