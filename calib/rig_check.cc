@@ -23,6 +23,7 @@ constexpr double kThere = 0.1;        // of the distance
 constexpr double kSeen = 0.8;         // probability that a change of the stated size shows
 constexpr double kVague = 1e4;        // of variances: no change of the rig contradicts it
 constexpr double kAsGood = 9;         // of the sum of squares: 3 sigma
+constexpr double kMostNoise = 5;      // over what the rig knows; beyond it is the rig that does not fit
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct Refined {
@@ -94,8 +95,9 @@ class Checker {
     data_.observations.stripes = accepted_stripes(data_.observations.stripes, bundle->views);
     for (const GroupSummary& group : bundle->groups) {
       if (group.kind != View::Kind::leds || !group.sigma_estimated) continue;
-      double& sigma_px = options_.known_sigma_px[group_name(start_.rig, group.sensor, group.kind)];
-      sigma_px = std::max(sigma_px, group.sigma_px);
+      const auto known_px = options_.known_sigma_px.find(group_name(start_.rig, group.sensor, group.kind));
+      if (known_px == options_.known_sigma_px.end()) continue;
+      known_px->second = std::clamp(group.sigma_px, known_px->second, kMostNoise * known_px->second);
     }
     return {};
   }

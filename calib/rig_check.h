@@ -2,14 +2,15 @@
 // or board placements suffice, since nothing is calibrated anew.
 //
 // Everything is refined under the rig's covariance as prior (calib/rig_prior.h) with the noise the rig knows, or of
-// LEDs what they show with any rig (the same with a covariance 10^4 times as large), if that is more: air and tripods
-// are not those of the calibration. No observation is left out but stripe readings that fit no rig either: those are
-// errors of decoding. Boards may be bent. Then each part that can change by itself (a sensor's mount, its lens, an LED)
-// is freed in turn: its prior is taken away and all refined again. What that takes off the sum of squares is chi-square
-// distributed, as many degrees of freedom as the part has, where the part is unchanged (Baarda's test of one
-// alternative at a time). A part is changed where that is less likely than 1 in 1000 over all parts together; of those,
-// the one with the largest gain, less the logarithm of the redundancy for each degree of freedom (Schwarz, Annals of
-// Statistics, 1978), is tested with the others against it freed, until the rest is unchanged.
+// LEDs what they show with any rig (the same with a covariance 10^4 times as large), if that is more, up to five times
+// as much: air and tripods are not those of the calibration. No observation is left out but stripe readings that fit no
+// rig either: those are errors of decoding. Boards may be bent. Then each part that can change by itself (a sensor's
+// mount, its lens, an LED) is freed in turn: its prior is taken away and all refined again. What that takes off the sum
+// of squares is chi-square distributed, as many degrees of freedom as the part has, where the part is unchanged
+// (Baarda's test of one alternative at a time). A part is changed where that is less likely than 1 in 1000 over all
+// parts together; of those, the one with the largest gain, less the logarithm of the redundancy for each degree of
+// freedom (Schwarz, Annals of Statistics, 1978), is tested with the others against it freed, until the rest is
+// unchanged.
 //
 // A change of the sensor whose frame is the probe's or the world's shows as a change of all others alike; it is freed
 // likewise, and named where that explains the observations best. What observations do not touch is not tested.
