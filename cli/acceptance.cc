@@ -112,10 +112,9 @@ class Acceptance {
     result_.report.text += line;
     if (const auto limit = plan_.limits_mm.find(what); limit != plan_.limits_mm.end()) {
       const double guard_mm = kGuardBand * certificate_sigma_mm;
-      const char* verdict = "undecided";
-      if (size <= limit->second - guard_mm) verdict = "kept";
-      if (size > limit->second + guard_mm) verdict = "exceeded";
-      result_.accepted = result_.accepted && size <= limit->second - guard_mm;
+      const bool kept = size <= limit->second - guard_mm, exceeded = size > limit->second + guard_mm;
+      const char* const verdict = kept ? "kept" : exceeded ? "exceeded" : "undecided";
+      result_.accepted = result_.accepted && kept;
       json& entry = result_.report.document["results"].back();
       entry["limit_mm"] = limit->second;
       entry["limit"] = verdict;

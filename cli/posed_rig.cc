@@ -9,7 +9,10 @@ namespace crumple {
 
 PosedRig posed_rig(const Rig& rig, const std::vector<std::pair<std::string, Constellation>>& stations) {
   const auto check = check_posed_rig(rig, stations, thread_count());
-  if (!check) return {true, {{"not_checked", check.error().message}}, ""};
+  if (!check) {
+    const std::string& reason = check.error().message;
+    return {true, {{"not_checked", reason}}, fmt::format("whether the rig still holds was not tested: {}\n", reason)};
+  }
   PosedRig result{check->valid(), rig_check_json(*check), ""};
   for (const PartChange& change : check->changed) {
     const PartCheck& part = check->parts[change.part];
