@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/calib3d.hpp>
@@ -10,6 +12,7 @@
 
 #include "calib/grey_image.h"
 #include "calib/refine_corner.h"
+#include "calib/seeded_dice.h"
 
 namespace crumple {
 namespace {
@@ -61,10 +64,20 @@ Eigen::Vector2d mean_step_y(const Grid& grid) {
   return sum / (grid.columns * (grid.rows - 1));
 }
 
-std::optional<Grid> find_grid(const cv::Mat& image8, int columns, int rows, int flags) {
+// What OpenCV's detector is asked for.
+struct Search {
+  int columns;
+  int rows;
+  int flags;
+  std::uint64_t seed;
+};
+
+std::optional<Grid> find_grid(const cv::Mat& image8, const Search& search) {
+  const SeededDice dice(search.seed);
   std::vector<cv::Point2f> corners;
   cv::Mat meta;
-  if (!cv::findChessboardCornersSB(image8, {columns, rows}, corners, flags, meta)) return std::nullopt;
+  if (!cv::findChessboardCornersSB(image8, {search.columns, search.rows}, corners, search.flags, meta))
+    return std::nullopt;
   Grid grid{meta.cols, meta.rows, {}};
   if (static_cast<std::size_t>(grid.columns * grid.rows) != corners.size()) return std::nullopt;
   for (const cv::Point2f& c : corners) grid.pixels.emplace_back(c.x, c.y);
@@ -244,13 +257,6 @@ bool may_be_part(const Grid& grid, int columns, int rows) {
          std::min(grid.columns, grid.rows) <= std::min(columns, rows);
 }
 
-// What OpenCV's detector is asked for.
-struct Search {
-  int columns;
-  int rows;
-  int flags;
-};
-
 }  // namespace
 
 Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows) {
@@ -265,14 +271,22 @@ Expected<DetectedBoard> detect_grid(const cv::Mat& image, int columns, int rows)
   try {
     std::optional<Grid> grid;
     bool rim = false;
-    for (const auto& [along, across, flags] :
-         {Search{columns, rows, kPlain}, Search{columns, rows, kExhaustive}, Search{columns, rows, kNormalised},
-          Search{kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER}}) {
-      grid = find_grid(image8, along, across, flags);
-      if (!grid) continue;
-      if (!reaches_over_the_rim(image8, *grid)) break;
-      rim = true;
-      grid.reset();
+    // Whether what is found can be told to be the board or a part of it.
+    const auto find = [&](const Search& search) {
+      auto found = find_grid(image8, search);
+      if (!found) return false;
+      if (reaches_over_the_rim(image8, *found)) {
+        rim = true;
+        return false;
+      }
+      grid = std::move(found);
+      return aligned(*grid, columns, rows).has_value();
+    };
+    bool placeable = find({columns, rows, kPlain, 1}) || find({columns, rows, kExhaustive, 1}) ||
+                     find({columns, rows, kNormalised, 1});
+    // A search may find but a part of the part that is seen, or the rim, and better with other dice.
+    for (std::uint64_t seed = 1; seed <= 3 && !placeable && (seed == 1 || grid || rim); ++seed) {
+      placeable = find({kMinimumAlong, kMinimumAlong, kExhaustive | cv::CALIB_CB_LARGER, seed});
     }
     if (!grid && rim) {
       return fail(

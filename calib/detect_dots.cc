@@ -11,6 +11,7 @@
 #include <opencv2/features2d.hpp>
 
 #include "calib/grey_image.h"
+#include "calib/seeded_dice.h"
 #include "solvers/closed_form/homography.h"
 #include "solvers/decompositions.h"
 
@@ -41,6 +42,7 @@ cv::Ptr<cv::FeatureDetector> blob_detector(const cv::Mat& image8, const Target& 
 std::optional<Points2d> find_grid(const cv::Mat& image8, const Target& target) {
   const int layout = target.staggered ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
   for (const int method : {0, int{cv::CALIB_CB_CLUSTERING}}) {
+    const SeededDice dice(1);
     std::vector<cv::Point2f> centres;
     if (!cv::findCirclesGrid(image8, {target.columns, target.rows}, centres, layout | method,
                              blob_detector(image8, target))) {
