@@ -8,6 +8,7 @@
 
 #include "datasets/output_folder.h"
 #include "datasets/python_literal.h"
+#include "solvers/residuals.h"
 
 namespace crumple {
 namespace {
@@ -16,8 +17,6 @@ static_assert(std::endian::native == std::endian::little, "numbers are written a
 
 constexpr std::size_t preamble_size = 10;  // magic, version, length of the header
 const std::string magic("\x93NUMPY\x01\x00", 8);
-
-using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct Layout {
   std::size_t rows = 0;

@@ -1,5 +1,6 @@
 // diff: two rigs -> what differs between them beyond both uncertainties.
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include "cli/rig_difference_text.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/output_folder.h"
+#include "datasets/recorded_inputs.h"
 #include "datasets/rig_file.h"
 
 DEFINE_double(k, 2, "standard uncertainties that a difference must exceed to be significant");
@@ -36,6 +38,21 @@ Expected<RigDifferenceOptions> options_of_flags() {
   return options;
 }
 
+// Why the two calibrations are not independent, which is what their difference is judged by; empty where nothing tells.
+std::string link_between(const std::string& a, const std::string& b, const SharedInputs& shared) {
+  std::string link;
+  if (shared.second_from_first)
+    link = fmt::format("{} went on from {} (calibrate --start)", b, a);
+  else if (shared.first_from_second)
+    link = fmt::format("{} went on from {} (calibrate --start)", a, b);
+  else if (shared.common > 0)
+    link = fmt::format("both were made from the same images (files in common: {})", shared.common);
+  if (link.empty()) return link;
+  return link +
+         ": they share errors, so that noise alone differs by less than what is expected here. A change may be missed; "
+         "what is significant is so all the more.";
+}
+
 Expected<void> write_files(const VerbContext& context, const RigDifference& difference,
                            const nlohmann::json& document) {
   auto folder = OutputFolder::create(FLAGS_out, FLAGS_overwrite);
@@ -56,10 +73,17 @@ Expected<VerbResult> run_diff(const VerbContext& context) {
   if (!difference) {
     return fail(fmt::format("{} and {}: {}", context.inputs[0], context.inputs[1], difference.error().message));
   }
+  const auto shared = shared_inputs(context.inputs[0], context.inputs[1]);
+  if (!shared) return tl::unexpected(shared.error());
+  const std::string link = link_between(context.inputs[0], context.inputs[1], *shared);
   VerbResult result;
   result.exit_code = difference->significant() ? ExitCode::not_trusted : ExitCode::done;
   result.text = rig_difference_text(*difference);
   result.document = rig_difference_json(*difference);
+  if (!link.empty()) {
+    result.text += "not independent: " + link + "\n";
+    result.document["not_independent"] = link;
+  }
   if (FLAGS_out.empty()) return result;
   if (auto done = write_files(context, *difference, result.document); !done) return tl::unexpected(done.error());
   return result;
@@ -82,7 +106,9 @@ Verb diff_verb() {
               "an unchanged rig; p is the "
               "probability of so large a difference from noise alone. What changed "
               "significantly is named, with exit "
-              "code 4. Lens models may differ. With --out the differences over "
+              "code 4. Where the rigs' records tell that one went on from the "
+              "other, or that both come of the same images, that is said. Lens models may differ. With --out the "
+              "differences over "
               "image and volume are written as CSV "
               "and pictures, and summary.json. docs/uncertainty.md has the maths.",
           .example =

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "datasets/rig_file.h"
+#include "datasets/run_record.h"
 #include "tests/cli/program.h"
 
 namespace crumple {
@@ -38,6 +39,29 @@ TEST(DiffVerb, NamesWhatMovedAndWritesIt) {
   for (const char* name : {"projection_cam0.csv", "projection_proj0.png", "volume_cam0+proj0.csv"}) {
     EXPECT_TRUE(std::filesystem::exists(home / "out" / name)) << name;
   }
+}
+
+// Of two rigs from one image nothing says that they are independent.
+TEST(DiffVerb, SaysThatBothRigsComeOfTheSameImages) {
+  const TemporaryFolder home;
+  write_content(home / "image.png", "an image");
+  const Rig rig = read_rig(kRig).value();
+  for (const char* name : {"a", "b"}) {
+    std::filesystem::create_directory(home / name);
+    ASSERT_TRUE(write_rig(home / name, rig));
+    ASSERT_TRUE(write_run_record(
+        home / name, {"1.2.3", "calibrate", "2024-05-06", {}, {}, hashed_files({home / "image.png"}).value()}));
+  }
+  const std::string both = "diff '" + (home / "a").string() + "' '" + (home / "b").string() + "'";
+  const ProgramRun run = run_program(both + " --json");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(nlohmann::json::parse(run.out)["not_independent"],
+              HasSubstr("both were made from the same images (files in common: 1)"));
+
+  write_content(home / "b/ro-crate-metadata.json", "{");
+  const ProgramRun damaged = run_program(both);
+  EXPECT_EQ(damaged.exit_code, 3);
+  EXPECT_THAT(damaged.err, HasSubstr("ro-crate-metadata.json is not a run record"));
 }
 
 TEST(DiffVerb, SaysWhichFlagsComparePairsWhoseAxesDoNotMeet) {

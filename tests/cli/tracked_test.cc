@@ -168,6 +168,10 @@ TEST(TrackedSystemVerbs, CalibrateGoesOnFromARig) {
   EXPECT_EQ(before.sensors[0].lens.parameters(), after.sensors[0].lens.parameters());
   EXPECT_NE(before.sensors[*before.find("tracker1")].lens.parameters(),
             after.sensors[*after.find("tracker1")].lens.parameters());
+
+  const ProgramRun diff = run_program("diff '" + system.rig() + "' '" + (home / "rig").string() + "'");
+  EXPECT_THAT(diff.exit_code, testing::AnyOf(0, 4)) << diff.err;
+  EXPECT_THAT(diff.out, HasSubstr("not independent: " + (home / "rig").string() + " went on from " + system.rig()));
 }
 
 TEST(TrackedSystemVerbs, ATrackerWithAnothersImagesIsNamed) {
