@@ -1,4 +1,5 @@
 // A tracker that is moved during a campaign, from images: listed once for each place, it keeps its lens.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -10,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "datasets/rig_file.h"
+#include "datasets/stations_file.h"
 #include "datasets/truth.h"
 #include "tests/cli/program.h"
 
@@ -78,6 +80,23 @@ void expect_at(const Rig& rig, const std::string& name, const Rig& truth) {
   for (int i = 0; i < 6; ++i) EXPECT_LE(std::abs(off[i]), 4 * sigmas[i]) << name << ", coordinate " << i;
 }
 
+// The probe's pose at a station, within 4 sigmas of the scene's: of its own pixels and of the rig.
+void expect_posed(const StationsAndRig& posed, const std::string& station, const Scene& scene) {
+  const auto found = std::find_if(posed.poses.stations.begin(), posed.poses.stations.end(),
+                                  [&](const PosedStation& s) { return s.name == station; });
+  const auto truth = std::find_if(scene.stations.begin(), scene.stations.end(),
+                                  [&](const SceneStation& s) { return s.id == station; });
+  ASSERT_TRUE(found != posed.poses.stations.end() && truth != scene.stations.end()) << station;
+  const Eigen::Index row = 6 * (found - posed.poses.stations.begin());
+  const auto d_rig = posed.poses.d_rig.middleRows<6>(row);
+  const Matrix6d covariance =
+      posed.poses.covariance.block<6, 6>(row, row) + d_rig * posed.rig.covariance.matrix * d_rig.transpose();
+  const Vector6d off = local_step(truth->world_from_probe, found->world_from_probe);
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_LE(std::abs(off[i]), 4 * std::sqrt(covariance(i, i))) << station << ", coordinate " << i;
+  }
+}
+
 TEST(MovedTrackers, AreTiedByLedsAndKeepTheirLens) {
   const TemporaryFolder home;
   simulate(kMovedScene, kBefore, home / "before");
@@ -113,6 +132,17 @@ TEST(MovedTrackers, AreTiedByLedsAndKeepTheirLens) {
   for (const std::string& name : rig->covariance.names) EXPECT_NE(name, "tracker1b.fx");
   expect_at(*rig, "tracker1", read_true_rig(home / "before/truth").value());
   expect_at(*rig, "tracker1b", read_true_rig(home / "after/truth").value());
+
+  // Before and after the move, each by the tracker where it stood then.
+  const ProgramRun track = run_program(fmt::format("track '{}' --rig='{}' --stations=cal_2,cal_3 --out='{}'",
+                                                   (home / "before/capture.yaml").string(), (home / "rig").string(),
+                                                   (home / "poses").string()));
+  ASSERT_EQ(track.exit_code, 0) << track.err;
+  const auto posed = read_stations(home / "poses");
+  ASSERT_TRUE(posed) << posed.error().message;
+  const Scene truth = read_true_scene(home / "before/truth").value();
+  expect_posed(*posed, "cal_2", truth);
+  expect_posed(*posed, "cal_3", truth);
 }
 
 }  // namespace
