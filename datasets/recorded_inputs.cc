@@ -72,12 +72,12 @@ Expected<SharedInputs> shared_inputs(const fs::path& first, const fs::path& seco
   for (const auto* went : {&second_from_first, &first_from_second}) {
     if (!*went) return tl::unexpected(went->error());
   }
-  SharedInputs shared{*second_from_first, *first_from_second, 0};
+  SharedInputs shared{*second_from_first, *first_from_second, {}};
   if (*of_first && *of_second) {
-    shared.common =
-        static_cast<std::size_t>(std::count_if((*of_first)->begin(), (*of_first)->end(), [&](const auto& file) {
-          return !is_description(file.second) && (*of_second)->count(file.first) > 0;
-        }));
+    for (const auto& [hash, name] : **of_first) {
+      if (!is_description(name) && (*of_second)->count(hash) > 0) shared.common.push_back(name);
+    }
+    std::sort(shared.common.begin(), shared.common.end());
   }
   return shared;
 }

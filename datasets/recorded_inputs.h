@@ -1,11 +1,11 @@
 // What a run record (datasets/run_record.h) says went in, to tell of two results whether they hang together.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "solvers/expected.h"
 
@@ -22,9 +22,9 @@ Expected<std::optional<RecordedInputs>> read_recorded_inputs(const std::filesyst
 struct SharedInputs {
   bool second_from_first = false;  // the first's rig went into the second, as it is now
   bool first_from_second = false;
-  std::size_t common = 0;  // files that went into both; descriptions (.yaml) do not count
-
-  bool any() const { return second_from_first || first_from_second || common > 0; }
+  // Files that went into both, by the first's names in their order: images, or the files of a rig that both went on
+  // from. Descriptions (.yaml) do not count.
+  std::vector<std::string> common;
 };
 
 // Fails as read_recorded_inputs does, or where a rig.yaml cannot be read.

@@ -45,8 +45,9 @@ std::string link_between(const std::string& a, const std::string& b, const Share
     link = fmt::format("{} went on from {} (calibrate --start)", b, a);
   else if (shared.first_from_second)
     link = fmt::format("{} went on from {} (calibrate --start)", a, b);
-  else if (shared.common > 0)
-    link = fmt::format("both were made from the same images (files in common: {})", shared.common);
+  else if (!shared.common.empty())
+    link = fmt::format("the same files went into both ({} in common, the first {})", shared.common.size(),
+                       shared.common.front());
   if (link.empty()) return link;
   return link +
          ": they share errors, so that noise alone differs by less than what is expected here. A change may be missed; "
@@ -107,7 +108,8 @@ Verb diff_verb() {
               "probability of so large a difference from noise alone. What changed "
               "significantly is named, with exit "
               "code 4. Where the rigs' records tell that one went on from the "
-              "other, or that both come of the same images, that is said. Lens models may differ. With --out the "
+              "other, or that the same files (images, an earlier rig) went into both, that is said. Lens models may "
+              "differ. With --out the "
               "differences over "
               "image and volume are written as CSV "
               "and pictures, and summary.json. docs/uncertainty.md has the maths.",

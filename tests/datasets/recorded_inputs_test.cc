@@ -12,6 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Pair;
 
 // A rig of that text that was made from these files.
@@ -38,7 +39,7 @@ TEST_F(RecordedInputsOf, AreWhatWentInAndNotWhatCameOut) {
   EXPECT_THAT(**inputs, ElementsAre(Pair(sha256_of_text("image_1"), (home_ / "image_1").string())));
 }
 
-TEST_F(RecordedInputsOf, AFolderWithoutARecordAreUnknown) {
+TEST_F(RecordedInputsOf, AreUnknownWithoutARecord) {
   const auto inputs = read_recorded_inputs(home_.path());
   ASSERT_TRUE(inputs);
   EXPECT_FALSE(*inputs);
@@ -53,12 +54,12 @@ TEST_F(RecordedInputsOf, WhatIsNoRunRecordIsNamed) {
   }
 }
 
-TEST_F(RecordedInputsOf, ResultsOfTheSameImagesAreCounted) {
+TEST_F(RecordedInputsOf, FilesThatWentIntoBothAreNamed) {
   make_result(home_ / "a", "rig a", {home_ / "capture.yaml", home_ / "image_1", home_ / "image_2"});
   make_result(home_ / "b", "rig b", {home_ / "capture.yaml", home_ / "image_2", home_ / "image_3"});
   make_result(home_ / "c", "rig c", {home_ / "capture.yaml", home_ / "image_3"});
-  EXPECT_EQ(shared_inputs(home_ / "a", home_ / "b").value().common, 1U);
-  EXPECT_FALSE(shared_inputs(home_ / "a", home_ / "c").value().any());
+  EXPECT_THAT(shared_inputs(home_ / "a", home_ / "b").value().common, ElementsAre((home_ / "image_2").string()));
+  EXPECT_THAT(shared_inputs(home_ / "a", home_ / "c").value().common, IsEmpty());
 }
 
 TEST_F(RecordedInputsOf, OneThatWentOnFromTheOtherIsTold) {
@@ -70,7 +71,9 @@ TEST_F(RecordedInputsOf, OneThatWentOnFromTheOtherIsTold) {
   EXPECT_TRUE(back.first_from_second && !back.second_from_first);
   // The rig there now is not the one that went in.
   write_content(home_ / "a/rig.yaml", "another rig");
-  EXPECT_FALSE(shared_inputs(home_ / "a", home_ / "b").value().any());
+  const SharedInputs now = shared_inputs(home_ / "a", home_ / "b").value();
+  EXPECT_FALSE(now.second_from_first || now.first_from_second);
+  EXPECT_THAT(now.common, IsEmpty());
 }
 
 }  // namespace
