@@ -14,6 +14,7 @@
 #include "datasets/stations_file.h"
 #include "datasets/truth.h"
 #include "tests/cli/program.h"
+#include "tests/cli/tracked_scan.h"
 
 namespace crumple {
 namespace {
@@ -25,9 +26,9 @@ using testing::IsSupersetOf;
 using testing::Not;
 using testing::StartsWith;
 
-const std::string kMovedScene = CRUMPLE_SOURCE_DIR "/tests/data/scenes/moved_tracker.yaml";
-const std::string kBefore = "cal_1,cal_2,cal_4,cal_6,shown_1,shown_2,shown_3,shown_4,shown_5,shown_6";
-const std::string kAfter = "cal_3,cal_5,cal_7";
+const std::string kMovedScene = CRUMPLE_SOURCE_DIR "/tests/data/scenes/tracked_scan.yaml";
+const std::string kBefore = "cal_1,cal_2,cal_4,cal_6,shown_1,shown_2,shown_3,shown_4,shown_5,shown_6,door_1";
+const std::string kAfter = "cal_3,cal_5,cal_7,door_2";
 
 void simulate(const fs::path& scene, const std::string& stations, const fs::path& folder) {
   const ProgramRun run = run_program(
@@ -42,7 +43,7 @@ std::string lines_from(const std::string& text, const std::string& first, const 
 
 // The images of both renderings as one capture: `tracker1` took those before it was moved, `tracker1b` those after.
 void join(const fs::path& before, const fs::path& after) {
-  for (const char* const station : {"cal_3", "cal_5", "cal_7"}) {
+  for (const char* const station : {"cal_3", "cal_5", "cal_7", "door_2"}) {
     fs::rename(after / station / "tracker1", after / station / "tracker1b");
     fs::copy(after / station, before / station, fs::copy_options::recursive);
   }
@@ -107,6 +108,7 @@ TEST(MovedTrackers, AreTiedByLedsAndKeepTheirLens) {
   simulate(scene, kAfter, home / "after");
   if (HasFatalFailure()) return;
   join(home / "before", home / "after");
+  add_scale_bar(home / "before/capture.yaml");
   const ProgramRun run = run_program(
       fmt::format("calibrate '{}' --truth='{}' --nooverlays --noreport --json --out='{}'",
                   (home / "before/capture.yaml").string(), (home / "before/truth").string(), (home / "rig").string()));
@@ -143,6 +145,17 @@ TEST(MovedTrackers, AreTiedByLedsAndKeepTheirLens) {
   const Scene truth = read_true_scene(home / "before/truth").value();
   expect_posed(*posed, "cal_2", truth);
   expect_posed(*posed, "cal_3", truth);
+
+  // Scanned before and after it, one panel.
+  const ProgramRun scan =
+      run_program(fmt::format("reconstruct '{}' --rig='{}' --truth='{}' --stations=door_1,door_2 --json --out='{}'",
+                              (home / "before/capture.yaml").string(), (home / "rig").string(),
+                              (home / "before/truth").string(), (home / "cloud").string()));
+  ASSERT_EQ(scan.exit_code, 0) << scan.err;
+  const json cloud = json::parse(scan.out);
+  EXPECT_EQ(cloud["merged"]["weighted"]["stations"].size(), 2U);
+  EXPECT_GT(cloud["merged"]["weighted"]["overlap_share"].get<double>(), 0.5);
+  expect_as_good_as_stated(cloud);
 }
 
 }  // namespace
