@@ -13,6 +13,7 @@
 #include "datasets/led_images.h"
 #include "solvers/parallel.h"
 #include "tracking/constellation.h"
+#include "tracking/mixed_images.h"
 #include "tracking/stillness.h"
 
 namespace crumple {
@@ -237,20 +238,10 @@ void drop_unplaced_leds(const std::set<std::size_t>& known, CalibrationData& dat
   }
 }
 
-// Two cameras whose lights stand at the same places to the last digit have the same images.
 Expected<void> check_images_differ(const std::vector<LightSight>& sights, const CalibrationData& data) {
-  constexpr std::size_t kChance = 2;
   for (const LightSight& a : sights) {
     for (const LightSight& b : sights) {
-      if (a.station != b.station || a.sensor >= b.sensor) continue;
-      std::size_t same = 0;
-      for (const IdentifiedLight& light : a.lights->leds) {
-        same += static_cast<std::size_t>(
-            std::count_if(b.lights->leds.begin(), b.lights->leds.end(), [&](const IdentifiedLight& other) {
-              return other.led == light.led && other.light.pixel == light.light.pixel;
-            }));
-      }
-      if (same < kChance) continue;
+      if (a.station != b.station || a.sensor >= b.sensor || !same_images(*a.lights, *b.lights)) continue;
       return fail(fmt::format("station {}: {} and {} have the same images: one of them has the other's", a.station->id,
                               data.sensors[a.sensor].name, data.sensors[b.sensor].name));
     }

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "tracking/mixed_images.h"
 #include "tracking/paper_pose.h"
 #include "tracking/swapped_leds.h"
 
@@ -20,6 +21,17 @@ Expected<void> check_leds(const Rig& rig, const std::vector<TrackerLights>& trac
         const std::size_t led = led_of_word[told.led];
         if (led >= rig.leds.size()) return fail(fmt::format("a light is LED {}, which the rig has not", led));
       }
+    }
+  }
+  return {};
+}
+
+Expected<void> check_images(const Rig& rig, const std::vector<TrackerLights>& trackers) {
+  for (auto a = trackers.begin(); a != trackers.end(); ++a) {
+    for (auto b = a + 1; b != trackers.end(); ++b) {
+      if (!same_images(a->lights, b->lights)) continue;
+      return fail(fmt::format("{} and {} have the same images: one of them has the other's",
+                              rig.sensors[a->sensor].name, rig.sensors[b->sensor].name));
     }
   }
   return {};
@@ -41,13 +53,18 @@ LedReadings undoubted_readings(const std::vector<TrackerLights>& trackers, const
   return readings;
 }
 
-// `pose` is that of the readings with the same options.
-Expected<void> check_words(const Rig& rig, const LedReadings& readings, const Expected<ProbePose>& pose,
+// That words and images are those they are said to be, as far as that shows; `pose` is that of the readings with the
+// same options.
+Expected<void> check_names(const Rig& rig, const LedReadings& readings, const Expected<ProbePose>& pose,
                            const ProbePoseOptions& options) {
-  const auto swapped = find_swapped_leds(rig, readings, pose, options);
-  if (!swapped) return {};
-  return fail(fmt::format("LEDs {} and {} seem swapped: each is where the other has to be; check their words",
-                          rig.leds[swapped->first].name, rig.leds[swapped->second].name));
+  if (const auto swapped = find_swapped_leds(rig, readings, pose, options)) {
+    return fail(fmt::format("LEDs {} and {} seem swapped: each is where the other has to be; check their words",
+                            rig.leds[swapped->first].name, rig.leds[swapped->second].name));
+  }
+  if (!pose) {
+    if (const auto mixed = find_mixed_images(rig, readings, options)) return fail(*mixed);
+  }
+  return {};
 }
 
 // The squared difference to the predicted pixel over the variance of both.
@@ -119,10 +136,11 @@ Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<T
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options) {
   if (const auto known = check_leds(rig, trackers, led_of_word); !known) return tl::unexpected(known.error());
+  if (const auto differ = check_images(rig, trackers); !differ) return tl::unexpected(differ.error());
   Constellation result;
   result.readings = undoubted_readings(trackers, led_of_word, &Light::pixel);
   auto pose = probe_pose(rig, result.readings, options);
-  const auto right = check_words(rig, result.readings, pose, options);
+  const auto right = check_names(rig, result.readings, pose, options);
   if (!right) return tl::unexpected(right.error());
   if (!pose) return tl::unexpected(pose.error());
   std::size_t taken = 0;
@@ -141,8 +159,9 @@ Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<T
 Expected<Constellation> settle_by_markers(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                           const std::vector<std::size_t>& led_of_word) {
   if (const auto known = check_leds(rig, trackers, led_of_word); !known) return tl::unexpected(known.error());
+  if (const auto differ = check_images(rig, trackers); !differ) return tl::unexpected(differ.error());
   const LedReadings by_spots = undoubted_readings(trackers, led_of_word, &Light::pixel);
-  const auto right = check_words(rig, by_spots, probe_pose(rig, by_spots), {});
+  const auto right = check_names(rig, by_spots, probe_pose(rig, by_spots), {});
   if (!right) return tl::unexpected(right.error());
   Constellation result;
   result.readings = undoubted_readings(trackers, led_of_word, &Light::centre_of_gravity_px);

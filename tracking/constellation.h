@@ -39,15 +39,15 @@ std::vector<LedReadings> readings_over_time(const std::vector<TrackerLights>& tr
                                             const std::vector<std::size_t>& led_of_word);
 
 // `led_of_word` gives the rig's index of the LED that blinks each word of the code. Fails where a pose fails, and,
-// naming them, where two LEDs blink each other's words (tracking/swapped_leds.h): then the rest may fit by chance
-// alone.
+// naming them, where two LEDs blink each other's words (tracking/swapped_leds.h), as then the rest may fit by chance
+// alone, and where trackers have other images than their own (tracking/mixed_images.h).
 Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options = {});
 
 // As the reference method has it (tracking/paper_pose.h): centres of gravity of the lights that are told without regard
 // to a pose, candidates passed over; the pose has neither covariance nor residuals. Fails where that pose fails, and on
-// swapped words as above, which triangulated markers alone would not show.
+// swapped words and mixed images as above, which triangulated markers alone would not show.
 Expected<Constellation> settle_by_markers(const Rig& rig, const std::vector<TrackerLights>& trackers,
                                           const std::vector<std::size_t>& led_of_word);
 

@@ -93,6 +93,41 @@ TEST(TrackedBadInput, TrackNamesLedsWhoseWordsAreSwapped) {
   EXPECT_FALSE(fs::exists(home / "poses"));
 }
 
+// The capture with the images of some stations in other trackers' folders.
+class MixedFolders {
+ public:
+  MixedFolders() { fs::copy(TrackedSystem::get().capture(), capture(), fs::copy_options::recursive); }
+  fs::path capture() const { return home_ / "capture"; }
+  void move(const std::string& from, const std::string& to) const { fs::rename(capture() / from, capture() / to); }
+  void copy_over(const std::string& from, const std::string& to) const {
+    fs::remove_all(capture() / to);
+    fs::copy(capture() / from, capture() / to, fs::copy_options::recursive);
+  }
+
+ private:
+  TemporaryFolder home_;
+};
+
+TEST(TrackedBadInput, TrackNamesTrackersWithOthersImages) {
+  const MixedFolders mixed;
+  mixed.copy_over("cal_02/tracker0", "cal_02/tracker1");
+  mixed.copy_over("cal_03/tracker1", "cal_07/tracker1");
+  mixed.move("cal_03/tracker0", "cal_03/own");
+  mixed.move("cal_03/tracker1", "cal_03/tracker0");
+  mixed.move("cal_03/own", "cal_03/tracker1");
+  const TemporaryFolder home;
+  for (const std::string pose : {"pixels", "markers"}) {
+    const ProgramRun run = run_program(fmt::format(
+        "track '{}' --rig='{}' --stations=cal_02,cal_03,cal_07 --pose={} --out='{}'",
+        (mixed.capture() / "capture.yaml").string(), TrackedSystem::get().rig(), pose, (home / pose).string()));
+    EXPECT_EQ(run.exit_code, 3) << run.out;
+    EXPECT_THAT(run.err, HasSubstr("station cal_02: tracker0 and tracker1 have the same images"));
+    EXPECT_THAT(run.err, HasSubstr("station cal_03: tracker0 and tracker1 seem to have each other's images"));
+    EXPECT_THAT(run.err, HasSubstr("station cal_07: tracker0 and tracker1 tell poses"));
+    EXPECT_FALSE(fs::exists(home / pose));
+  }
+}
+
 TEST(TrackedBadInput, TwoLedsWithTheSameWordAreRefused) {
   const std::string capture = with_words("same_word.yaml", {{kWordOfC, kWordOfB}});
   const TemporaryFolder home;
