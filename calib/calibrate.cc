@@ -7,6 +7,7 @@
 
 #include "calib/correlation.h"
 #include "calib/initial_system.h"
+#include "calib/kept_parts.h"
 #include "calib/lens_prior.h"
 #include "calib/rig_prior.h"
 #include "calib/start_from_rig.h"
@@ -23,8 +24,9 @@ Expected<CalibrationState> closed_form_cameras(const CalibrationData& data) {
                          data.placement_names);
 }
 
-void add_lens_priors(const CalibrationState& start, BundleOptions& options) {
+void add_weak_priors(const CalibrationData& data, const CalibrationState& start, BundleOptions& options) {
   for (Prior& prior : lens_priors(start)) options.priors.push_back(std::move(prior));
+  if (data.may_be_open) options.priors.push_back(whole_rig_prior(start));
 }
 
 // Holds distortion to what lenses have. Few corners in the middle of the image leave the high orders free, and a
@@ -56,7 +58,7 @@ Expected<CalibrationState> start_cameras(const CalibrationData& data, BundleOpti
   auto state = closed_form_cameras(data);
   if (!state) return state;
   Observations corners{data.observations.placement_count, data.observations.corners, {}, {}};
-  add_lens_priors(*state, options);
+  add_weak_priors(data, *state, options);
   if (const auto added = add_start_priors(*state, options); !added) return tl::unexpected(added.error());
   auto refined = refine(*state, corners, options);
   if (!refined) return tl::unexpected(refined.error());
@@ -122,7 +124,7 @@ Expected<CalibrationState> start_of(const CalibrationData& data, const Calibrati
 
 // What is known without an earlier rig: weak priors of lenses, and certificates.
 void add_knowledge(const CalibrationData& data, const CalibrationState& start, BundleOptions& options) {
-  add_lens_priors(start, options);
+  add_weak_priors(data, start, options);
   for (Prior& prior : scale_priors(data, start)) options.priors.push_back(std::move(prior));
 }
 
@@ -154,6 +156,22 @@ CalibrationData newly_certified(CalibrationData data, const Rig& earlier) {
   return data;
 }
 
+// What is not to be corrected.
+std::set<BlockId> kept_blocks(const EarlierRig& earlier, const CalibrationState& start) {
+  std::set<BlockId> kept;
+  if (earlier.corrected.empty()) return kept;
+  for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
+    const std::string& name = start.rig.sensors[s].name;
+    if (!earlier.rig.find(name) || earlier.corrected.contains(name)) continue;
+    kept.insert({BlockId::Kind::lens, s});
+    kept.insert({BlockId::Kind::mount, s});
+  }
+  for (std::size_t l = 0; l < start.rig.leds.size() && !earlier.corrected.contains("leds"); ++l) {
+    if (knows_led(earlier.rig, start.rig.leds[l].name)) kept.insert({BlockId::Kind::led, l});
+  }
+  return kept;
+}
+
 // What an earlier rig knows; certificates only of boards and bars that it does not.
 Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlier, const CalibrationState& start,
                            BundleOptions& options) {
@@ -162,18 +180,7 @@ Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlie
   options.priors.push_back(std::move(known->prior));
   options.held.insert(known->held.begin(), known->held.end());
   options.freed.insert(known->freed.begin(), known->freed.end());
-  const auto keeps = [&](const std::string& name) {
-    return !earlier.corrected.empty() && !earlier.corrected.contains(name);
-  };
-  for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
-    const std::string& name = start.rig.sensors[s].name;
-    if (!earlier.rig.find(name) || !keeps(name)) continue;
-    options.held.insert({BlockId::Kind::lens, s});
-    options.held.insert({BlockId::Kind::mount, s});
-  }
-  for (std::size_t l = 0; l < start.rig.leds.size(); ++l) {
-    if (knows_led(earlier.rig, start.rig.leds[l].name) && keeps("leds")) options.held.insert({BlockId::Kind::led, l});
-  }
+  options.held.merge(kept_blocks(earlier, start));
   for (Prior& prior : scale_priors(newly_certified(data, earlier.rig), start)) {
     options.priors.push_back(std::move(prior));
   }
@@ -181,11 +188,11 @@ Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlie
 }
 
 // By certificates and bars or, where there are none, by what an earlier rig knows. What that lacks stays missing.
-std::optional<ScaleUncertainty> known_scale(const CalibrationData& data, const std::optional<EarlierRig>& earlier,
-                                            const BundleResult& bundle) {
-  std::optional<ScaleUncertainty> scale = scale_uncertainty(data, bundle);
+std::optional<ScaleUncertainty> known_scale(const CalibrationData& data, const Calibration& calibration) {
+  const std::optional<EarlierRig>& earlier = calibration.earlier;
+  std::optional<ScaleUncertainty> scale = scale_uncertainty(data, calibration.bundle);
   if (!earlier) return scale;
-  if (!scale) scale = scale_uncertainty(rig_covariance(bundle));
+  if (!scale) scale = scale_uncertainty(rig_covariance(calibration));
   if (scale) scale->lacks = scale_lacks(newly_certified(data, earlier->rig), earlier->rig.scale_lacks);
   return scale;
 }
@@ -253,8 +260,14 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   calibration->inflation = counted;
   calibration->priors = bundle_options.priors;
   add_weighting(data.observations, bundle_options, *calibration);
-  calibration->scale = known_scale(data, options.earlier, calibration->bundle);
   calibration->earlier = options.earlier;
+  if (options.earlier && !options.earlier->corrected.empty()) {
+    auto whole = covariance_with_kept(data.observations, *calibration, kept_blocks(*options.earlier, *start),
+                                      bundle_options.threads);
+    if (!whole) return tl::unexpected(whole.error());
+    calibration->with_kept = std::move(*whole);
+  }
+  calibration->scale = known_scale(data, *calibration);
   return calibration;
 }
 
@@ -275,11 +288,19 @@ std::string place_name(const Calibration& calibration, const ViewSummary& view) 
   return view.station ? calibration.station_names[*view.station] : "room";
 }
 
+const JointCovariance& whole_covariance(const Calibration& calibration) {
+  return calibration.with_kept ? *calibration.with_kept : calibration.bundle.covariance;
+}
+
 RigCovariance rig_covariance(const BundleResult& bundle) { return bundle.covariance.of_rig_and(bundle.body_motions); }
+
+RigCovariance rig_covariance(const Calibration& calibration) {
+  return whole_covariance(calibration).of_rig_and(calibration.bundle.body_motions);
+}
 
 Rig calibrated_rig(const Calibration& calibration) {
   Rig rig = calibration.bundle.state.rig;
-  rig.covariance = rig_covariance(calibration.bundle);
+  rig.covariance = rig_covariance(calibration);
   if (calibration.earlier) rig.sigma_px = calibration.earlier->rig.sigma_px;  // of what was not observed this time
   for (const GroupSummary& group : calibration.bundle.groups) {
     rig.sigma_px[group_name(rig, group.sensor, group.kind)] = group.sigma_px;

@@ -64,7 +64,13 @@ struct Calibration {
   std::vector<Prior> priors = {};
   std::optional<ScaleUncertainty> scale = {};  // none: unknown
   std::optional<EarlierRig> earlier = {};      // as in the options
+  // Where parts of an earlier rig were kept: the covariance with theirs, and with what it adds to the others'
+  // (calib/kept_parts.h). The bundle's is what the observations add, given what was kept.
+  std::optional<JointCovariance> with_kept = {};
 };
+
+// Of everything, what was kept of an earlier rig included.
+const JointCovariance& whole_covariance(const Calibration& calibration);
 
 // What a view is of: the name of its placement or, of LEDs, of its station; "room" for LEDs fixed to the world.
 std::string place_name(const Calibration& calibration, const ViewSummary& view);
@@ -81,6 +87,8 @@ CalibrationData without_placement(const CalibrationData& data, std::size_t place
 
 // The joint covariance of what is common to all placements and stations, by name, and of the mean motion of these.
 RigCovariance rig_covariance(const BundleResult& bundle);
+// The same with what was kept of an earlier rig.
+RigCovariance rig_covariance(const Calibration& calibration);
 
 // The estimated rig with its covariance and each group's sigma. It holds the scale's share where a certificate tells
 // it, and what that share lacks.

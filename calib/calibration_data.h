@@ -25,6 +25,8 @@ struct CalibrationData {
   // Positions are not used. LEDs that nothing shows may be there where an earlier rig knows them.
   std::vector<Led> leds = {};
   std::vector<ScaleBar> bars = {};
+  // Whether what nothing tells of the rig is held weakly (calib/determined_part.h) where it is an error otherwise.
+  bool may_be_open = false;
 };
 
 // The boards as they are said to be: flat, of nominal size or of the certificate's at the capture's temperature.

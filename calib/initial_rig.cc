@@ -203,6 +203,10 @@ Expected<CameraStart> start_camera(const SensorSpec& spec, std::size_t sensor, c
       }
     }
   }
+  if (!zhang && spec.assumed_focal_px) {
+    const double focal_px = *spec.assumed_focal_px;
+    starts.push_back(pinhole_start(*camera, {focal_px, focal_px, camera->middle()}));
+  }
   const CameraStart* best = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& start : starts) {

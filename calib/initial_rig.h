@@ -28,6 +28,8 @@ struct SensorSpec {
   std::string lens_model = "LENSMODEL_OPENCV5";
   Mount mount = Mount::probe;
   std::optional<std::size_t> lens_of = {};  // as Sensor's
+  // Taken where boards that are all parallel do not tell it; without one there is no start then.
+  std::optional<double> assumed_focal_px = {};
 };
 
 // Camera pixels on the board whose projector pixel is known, of one placement.

@@ -16,6 +16,11 @@ constexpr double kPrism = 0.1;
 constexpr double kAxis_rad = 0.1;
 constexpr double kAlongRadius = 0.5;
 constexpr double kAcrossRadius = 0.05;
+constexpr double kFocal = 0.5;    // of itself
+constexpr double kMiddle = 0.25;  // of the image
+constexpr double kMountTurn_rad = 1;
+constexpr double kMountPlace_mm = 2000;
+constexpr double kLedPlace_mm = 1000;
 constexpr double kConvention = 1e-4;  // of the focal length; radians
 constexpr double kNoKnowledge = 10;   // of a control point: far more than any lens
 constexpr int kInnermost = 4;
@@ -163,6 +168,31 @@ std::vector<Prior> lens_priors(const CalibrationState& start) {
     }
   }
   return priors;
+}
+
+Prior whole_rig_prior(const CalibrationState& start) {
+  std::vector<PriorTerm> terms;
+  std::vector<double> sigmas;
+  const auto add = [&](BlockId::Kind kind, std::size_t index, const std::vector<double>& of_rows) {
+    for (std::size_t row = 0; row < of_rows.size(); ++row) terms.push_back({{kind, index}, static_cast<int>(row)});
+    sigmas.insert(sigmas.end(), of_rows.begin(), of_rows.end());
+  };
+  for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
+    const Sensor& sensor = start.rig.sensors[s];
+    const std::vector<double>& p = sensor.lens.parameters();
+    const ImageSize size = sensor.lens.size();
+    if (!sensor.lens_of) {
+      add(BlockId::Kind::lens, s, {kFocal * p[0], kFocal * p[1], kMiddle * size.width_px, kMiddle * size.height_px});
+    }
+    const double turn = kMountTurn_rad, place = kMountPlace_mm;
+    add(BlockId::Kind::mount, s, {turn, turn, turn, place, place, place});
+  }
+  for (std::size_t l = 0; l < start.rig.leds.size(); ++l) {
+    add(BlockId::Kind::led, l, {kLedPlace_mm, kLedPlace_mm, kLedPlace_mm});
+  }
+  const Eigen::VectorXd all =
+      Eigen::Map<const Eigen::VectorXd>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size()));
+  return Prior::create("rig", std::move(terms), start, all.cwiseAbs2().asDiagonal()).value().as_weak();
 }
 
 }  // namespace crumple

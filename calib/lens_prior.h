@@ -26,4 +26,8 @@ namespace crumple {
 // Of all sensors; empty where no lens needs one. Named "cam0.weak", "cam0.core" and "cam0.axis".
 std::vector<Prior> lens_priors(const CalibrationState& start);
 
+// Weakly, of the whole rig: focal lengths to half of themselves, principal points to a quarter of the image, mounts to
+// 1 rad and 2 m, LEDs to 1 m. Where it decides a term, nothing else tells it. Named "rig".
+Prior whole_rig_prior(const CalibrationState& start);
+
 }  // namespace crumple

@@ -20,6 +20,9 @@ struct SensorUncertainty {
 std::vector<std::optional<SensorUncertainty>> sensor_uncertainties(const Calibration& calibration,
                                                                    const std::vector<ImageCells>& cells);
 
+// Along the sensor's axis, of the boards and LED frames that it saw; none where it saw nothing.
+std::optional<double> median_depth_mm(std::size_t sensor, const BundleResult& bundle);
+
 // At each of the distances, above 0. A list per sensor; an empty one where on its mount neither a board nor LEDs that
 // span a frame were seen.
 std::vector<std::vector<SensorUncertainty>> sensor_uncertainty_maps(const Calibration& calibration,

@@ -62,6 +62,7 @@ class PartMaker {
   PartMaker(const CalibrationData& whole, const std::set<std::size_t>& sensors) : whole_(whole) {
     part_.data.boards = whole.boards;
     part_.data.temperature = whole.temperature;
+    part_.data.may_be_open = whole.may_be_open;
     for (const std::size_t s : sensors) {
       number_of_sensor_[s] = part_.sensors.size();
       part_.sensors.push_back(s);

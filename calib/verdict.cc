@@ -178,7 +178,7 @@ void judge_geometry(const Calibration& calibration, Verdict& verdict) {
   }
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
     const Sensor& sensor = state.rig.sensors[s];
-    const Eigen::MatrixXd covariance = calibration.bundle.covariance.of({{BlockId::Kind::lens, s}}, state);
+    const Eigen::MatrixXd covariance = whole_covariance(calibration).of({{BlockId::Kind::lens, s}}, state);
     const double relative = std::sqrt(covariance(0, 0)) / sensor.lens.parameters()[0];
     if (relative > kFocalUnknown) verdict.rejected = true;
     if (relative > kFocalUncertainty) {

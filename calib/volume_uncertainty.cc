@@ -127,17 +127,17 @@ Eigen::MatrixXd d_posed_pixels(const CalibrationState& state, std::size_t camera
   return all;
 }
 
-bool estimated(const BlockId& block, const Calibration& calibration) {
-  const BundleResult& bundle = calibration.bundle;
-  return bundle.covariance.of({block}, bundle.state).diagonal().minCoeff() > 0;
+bool uncertain(const BlockId& block, const JointCovariance& covariance, const CalibrationState& state) {
+  return covariance.of({block}, state).diagonal().minCoeff() > 0;
 }
 
-// Estimated ones, shared lenses once.
-std::vector<BlockId> rig_blocks(const CalibrationData& data, const Calibration& calibration) {
+// Those with a covariance, shared lenses once.
+std::vector<BlockId> rig_blocks(const CalibrationData& data, const Calibration& calibration,
+                                const JointCovariance& covariance) {
   const CalibrationState& state = calibration.bundle.state;
   std::vector<BlockId> blocks =
       Parameters(state, make_views(data.observations, state.board_of), {}, calibration.priors).common_blocks();
-  std::erase_if(blocks, [&](const BlockId& block) { return block.is_pose() || !estimated(block, calibration); });
+  std::erase_if(blocks, [&](const BlockId& block) { return block.is_pose() || !uncertain(block, covariance, state); });
   return blocks;
 }
 
@@ -200,7 +200,7 @@ Expected<VolumePoints> volume_points(const CalibrationData& data, const Calibrat
   const CalibrationState& state = calibration.bundle.state;
   const auto camera = first_board_camera(data.observations, state.rig);
   if (!camera) return fail("no camera sees a board, so there is no measuring volume");
-  const std::vector<BlockId> blocks = rig_blocks(data, calibration);
+  const std::vector<BlockId> blocks = rig_blocks(data, calibration, whole_covariance(calibration));
   const auto points = triangulated_points(data, calibration, *camera, volume_grid(data, state, *camera), blocks);
   if (points.empty()) return fail("no two sensors see points of the measuring volume");
   const Mount frame = points[0].station ? Mount::world : state.rig.sensors[*camera].mount;
@@ -209,7 +209,7 @@ Expected<VolumePoints> volume_points(const CalibrationData& data, const Calibrat
     const std::vector<std::string> of_block = parameter_names(block, state);
     names.insert(names.end(), of_block.begin(), of_block.end());
   }
-  const RigCovariance known = rig_covariance(calibration.bundle);
+  const RigCovariance known = rig_covariance(calibration);
   const std::vector<std::string> datum = datum_names(frame);
   if (!find_row(known, datum.front())) return fail("no body is seen whose motion the points could be held against");
   names.insert(names.end(), datum.begin(), datum.end());
@@ -239,12 +239,14 @@ WeightOf weights_of(const Calibration& calibration) {
 }
 
 std::vector<BlockId> estimated_blocks(const CalibrationData& data, const Calibration& calibration) {
-  std::vector<BlockId> blocks = rig_blocks(data, calibration);
+  const JointCovariance& covariance = calibration.bundle.covariance;
+  std::vector<BlockId> blocks = rig_blocks(data, calibration, covariance);
   std::set<BlockId> placements;
   for (const CornerView& view : data.observations.corners) {
     if (view.station) placements.insert({BlockId::Kind::placement, view.placement});
   }
-  std::erase_if(placements, [&](const BlockId& block) { return !estimated(block, calibration); });
+  std::erase_if(placements,
+                [&](const BlockId& block) { return !uncertain(block, covariance, calibration.bundle.state); });
   blocks.insert(blocks.end(), placements.begin(), placements.end());
   return blocks;
 }

@@ -40,7 +40,7 @@ json group_json(const GroupSummary& group) {
 json sensor_json(const Calibration& calibration, std::size_t index) {
   const Sensor& sensor = calibration.bundle.state.rig.sensors[index];
   const Eigen::MatrixXd covariance =
-      calibration.bundle.covariance.of({{BlockId::Kind::lens, index}}, calibration.bundle.state);
+      whole_covariance(calibration).of({{BlockId::Kind::lens, index}}, calibration.bundle.state);
   json result{{"kind", sensor.kind == SensorKind::camera ? "camera" : "projector"},
               {"model", sensor.lens.model()},
               {"parameters", json::object()},
@@ -76,9 +76,10 @@ json board_json(const Calibration& calibration, const Board& board) {
           {"scale", board.scale}};
 }
 
-json led_json(const BundleResult& bundle, std::size_t index) {
-  const Led& led = bundle.state.rig.leds[index];
-  const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::led, index}}, bundle.state);
+json led_json(const Calibration& calibration, std::size_t index) {
+  const CalibrationState& state = calibration.bundle.state;
+  const Led& led = state.rig.leds[index];
+  const Eigen::MatrixXd covariance = whole_covariance(calibration).of({{BlockId::Kind::led, index}}, state);
   const Eigen::Vector3d sigma_mm = covariance.diagonal().cwiseSqrt();
   return {{"mount", led.mount == Mount::probe ? "probe" : "world"},
           {"position_mm", {led.position_mm.x(), led.position_mm.y(), led.position_mm.z()}},
@@ -173,7 +174,7 @@ json calibration_summary(const Calibration& calibration, const Verdict& verdict,
   }
   for (const Board& board : state.boards) summary["boards"][board.name] = board_json(calibration, board);
   for (std::size_t l = 0; l < state.rig.leds.size(); ++l) {
-    summary["leds"][state.rig.leds[l].name] = led_json(calibration.bundle, l);
+    summary["leds"][state.rig.leds[l].name] = led_json(calibration, l);
   }
   if (!calibration.station_names.empty()) summary["stations"] = calibration.station_names.size();
   return summary;
@@ -197,7 +198,7 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
                           name_of(group.kind), group.observations, group.outliers, group.rms_px, group.sigma_px,
                           group.sigma_estimated ? "" : " (assumed)");
     }
-    const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::lens, s}}, bundle.state);
+    const Eigen::MatrixXd covariance = whole_covariance(calibration).of({{BlockId::Kind::lens, s}}, bundle.state);
     const std::vector<std::string> names = lens_parameter_names(sensor.lens.model());
     const std::size_t shown = sensor.lens.splined() ? 4 : names.size();
     for (std::size_t i = 0; i < shown; ++i) {
@@ -214,7 +215,7 @@ std::string calibration_text(const Calibration& calibration, const Verdict& verd
   }
   for (std::size_t l = 0; l < bundle.state.rig.leds.size(); ++l) {
     const Led& led = bundle.state.rig.leds[l];
-    const Eigen::MatrixXd covariance = bundle.covariance.of({{BlockId::Kind::led, l}}, bundle.state);
+    const Eigen::MatrixXd covariance = whole_covariance(calibration).of({{BlockId::Kind::led, l}}, bundle.state);
     const Eigen::Vector3d sigma_mm = covariance.diagonal().cwiseSqrt();
     text += fmt::format("LED {}: {:.3f} {:.3f} {:.3f} +- {:.3f} {:.3f} {:.3f} mm in the {}'s frame\n", led.name,
                         led.position_mm.x(), led.position_mm.y(), led.position_mm.z(), sigma_mm.x(), sigma_mm.y(),

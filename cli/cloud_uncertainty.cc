@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "calib/point_uncertainty.h"
+#include "calib/station_offsets.h"
 #include "datasets/stations_file.h"
 
 namespace crumple {
@@ -67,6 +68,10 @@ void CloudUncertainty::add_columns(Cloud& cloud, int threads) {
     summary_ = {{"lacks", refusal_}};
     text_ = "no uncertainty but that of decoding: " + refusal_ + "\n";
     return;
+  }
+  const std::vector<StationOffset> offsets = station_offsets(cloud, *uncertainty);
+  for (std::size_t s = 0; s < offsets.size(); ++s) {
+    if (offsets[s].points > 0) offset_sigmas_mm_[poses_.stations[s].name] = offsets[s].sigma_mm;
   }
   CloudColumn calibration{"u_calibration_mm", {}}, station{"u_station_mm", {}};
   std::vector<float> decoding;

@@ -208,6 +208,7 @@ Expected<MeasuredCloud> MeasuredCloud::read(const std::filesystem::path& folder)
   result.cloud_ = std::make_unique<Cloud>(std::move(*cloud));
   result.uncertainty_ = std::make_unique<PointUncertainty>(std::move(*uncertainty));
   if (result.scale_known()) result.scale_lacks_ = known->rig.scale_lacks;
+  result.rig_ = known->rig;
   return result;
 }
 

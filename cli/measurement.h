@@ -26,6 +26,7 @@ class MeasuredCloud {
   bool scale_known() const { return uncertainty_->scale_variables() > 0; }
   // What the scale's uncertainty does not contain where it is known, in words; empty where it is complete.
   const std::vector<std::string>& scale_lacks() const { return scale_lacks_; }
+  const Rig& rig() const { return rig_; }  // that it was reconstructed with
   // How many stations a feature was measured from.
   std::size_t stations_of(const MeasuredFeature& feature) const;
 
@@ -36,6 +37,7 @@ class MeasuredCloud {
   std::unique_ptr<Cloud> cloud_;
   std::unique_ptr<PointUncertainty> uncertainty_;
   std::vector<std::string> scale_lacks_;
+  Rig rig_;
 };
 
 struct MeasurementReport {

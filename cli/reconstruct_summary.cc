@@ -1,5 +1,6 @@
 #include "cli/reconstruct_summary.h"
 
+#include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -41,7 +42,14 @@ json view_json(const ReconstructedView& view) {
   return result;
 }
 
-json merge_json(const MergeReport& report) {
+// By rig and pose of a station as it is told, and what merging allows a station as a whole.
+double offset_sigma_mm(const std::string& station, const WrittenCloud& cloud) {
+  const auto told = cloud.offset_sigmas_mm.find(station);
+  return std::hypot(told == cloud.offset_sigmas_mm.end() ? 0 : told->second, MergeOptions().common_sigma_mm);
+}
+
+json merge_json(const WrittenCloud& cloud) {
+  const MergeReport& report = *cloud.merged;
   json result{{"spacing_mm", report.spacing_mm},
               {"points_in", report.points_in},
               {"without_normal", report.without_normal},
@@ -56,6 +64,7 @@ json merge_json(const MergeReport& report) {
                                   {"shared_points", overlap.shared_points},
                                   {"shared_sites", overlap.shared_sites},
                                   {"offset_mm", overlap.offset_mm},
+                                  {"offset_sigma_mm", offset_sigma_mm(overlap.station, cloud)},
                                   {"difference_mm", overlap.difference_mm},
                                   {"split", overlap.split}});
   }
@@ -70,8 +79,9 @@ std::string merge_text(const WrittenCloud& cloud) {
       100 * cloud.merged->overlap_share, cloud.merged->contradictions, cloud.merged->outvoted);
   for (const StationOverlap& overlap : cloud.merged->stations) {
     if (overlap.shared_sites == 0) continue;
-    text += fmt::format("  {} differs from those before it by {:.3f} mm (robust sigma), {:+.3f} mm in the middle\n",
-                        overlap.station, overlap.difference_mm, overlap.offset_mm);
+    text += fmt::format(
+        "  {} differs from those before it by {:.3f} mm (robust sigma), {:+.3f} mm in the middle (sigma {:.3f} mm)\n",
+        overlap.station, overlap.difference_mm, overlap.offset_mm, offset_sigma_mm(overlap.station, cloud));
   }
   return text;
 }
@@ -115,6 +125,22 @@ std::string truth_text(const std::vector<EstimatorTruth>& truth) {
 
 }  // namespace
 
+std::vector<std::string> stations_off(const Reconstruction& reconstruction) {
+  constexpr double kSigmas = 4;
+  std::vector<std::string> off;
+  const WrittenCloud& cloud = reconstruction.clouds.front();
+  if (!cloud.merged) return off;
+  for (const StationOverlap& overlap : cloud.merged->stations) {
+    const double sigma_mm = offset_sigma_mm(overlap.station, cloud);
+    if (overlap.shared_sites == 0 || std::abs(overlap.offset_mm) <= kSigmas * sigma_mm) continue;
+    off.push_back(fmt::format(
+        "station {} lies {:+.3f} mm off those before it, where rig and poses are known to {:.3f} mm: the probe, a "
+        "tracker or what is scanned moved between its LEDs and its stripes, or the rig no longer holds; scan it again",
+        overlap.station, overlap.offset_mm, sigma_mm));
+  }
+  return off;
+}
+
 json reconstruction_summary(const Reconstruction& reconstruction) {
   json summary{{"schema", "crumple-cloud-summary/1"},
                {"estimator", reconstruction.estimators.front()},
@@ -130,9 +156,10 @@ json reconstruction_summary(const Reconstruction& reconstruction) {
     summary["stillness_not_tested"] = reconstruction.stillness_not_tested;
   }
   for (const WrittenCloud& cloud : reconstruction.clouds) {
-    if (cloud.merged) summary["merged"][cloud.estimator] = merge_json(*cloud.merged);
+    if (cloud.merged) summary["merged"][cloud.estimator] = merge_json(cloud);
     if (cloud.not_smoothed > 0) summary["not_smoothed"][cloud.estimator] = cloud.not_smoothed;
   }
+  if (const auto off = stations_off(reconstruction); !off.empty()) summary["reasons"] = off;
   if (!reconstruction.rig.document.is_null()) summary["rig_check"] = reconstruction.rig.document;
   if (!reconstruction.refined.is_null()) summary["refined"] = reconstruction.refined;
   if (!reconstruction.uncertainty.is_null()) summary["uncertainty"] = reconstruction.uncertainty;
@@ -164,6 +191,7 @@ std::string reconstruction_text(const Reconstruction& reconstruction) {
   for (const WrittenCloud& cloud : reconstruction.clouds) {
     if (cloud.merged) text += merge_text(cloud);
   }
+  for (const std::string& off : stations_off(reconstruction)) text += "not to be trusted: " + off + "\n";
   text += reconstruction.uncertainty_text;
   for (const FailedView& view : reconstruction.failed) {
     text += fmt::format("failed: station {}, {}: {}\n", view.station, view.camera, view.reason);

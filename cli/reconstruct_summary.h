@@ -1,6 +1,7 @@
 // What `crumple reconstruct` says of its clouds: summary.json (docs/formats.md) and a page of text.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,6 +36,8 @@ struct WrittenCloud {
   std::size_t points = 0;
   std::optional<MergeReport> merged;
   std::size_t not_smoothed = 0;
+  // By station, of StationOverlap::offset_mm, as far as rig and poses tell; of the main cloud.
+  std::map<std::string, double> offset_sigmas_mm = {};
 };
 
 struct FailedView {
@@ -68,6 +71,9 @@ struct Reconstruction {
   nlohmann::json uncertainty = {};  // of the main cloud's points
   std::string uncertainty_text = {};
 };
+
+// Stations that lie off those before them, where they overlap, by more than rig and poses allow: sentences.
+std::vector<std::string> stations_off(const Reconstruction& reconstruction);
 
 nlohmann::json reconstruction_summary(const Reconstruction& reconstruction);
 std::string reconstruction_text(const Reconstruction& reconstruction);

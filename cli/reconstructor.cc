@@ -82,6 +82,7 @@ Expected<void> Reconstructor::finish() {
   }
   for (ComparedRig& beside : compared) beside.cloud = beside.assembly->finish().cloud;
   uncertainty.add_columns(clouds.front().cloud, options_.assembly.threads);
+  reconstruction.clouds.front().offset_sigmas_mm = uncertainty.offset_sigmas_mm();
   reconstruction.uncertainty = uncertainty.summary();
   reconstruction.uncertainty_text = uncertainty.text();
   return {};
@@ -153,7 +154,7 @@ Expected<void> Reconstructor::add_compared(const std::string& station, const Sen
     if (!part) return fail(fmt::format("{}: {}", beside.name, part.error().message));
     std::optional<StationPlace> place;
     if (tracked_) {
-      const auto where = station_pose(capture_, beside.rig, station, PoseMethod::markers);
+      const auto where = station_pose(capture_, beside.rig, station, beside.pose);
       if (!where) return fail(fmt::format("{}: {}", beside.name, where.error().message));
       place = StationPlace{where->constellation.pose.world_from_probe, where->constellation.pose.covariance};
     }

@@ -40,11 +40,12 @@ struct NamedCloud {
   Cloud cloud = {};
 };
 
-// A rig beside the main one, and the cloud it makes of the same readings, posed as the reference method does.
+// A rig beside the main one, and the cloud it makes of the same readings, posed from triangulated markers.
 struct ComparedRig {
   std::string name;
   Rig rig;
   std::vector<SensorPair> pairs;
+  PoseMethod pose = PoseMethod::markers;
   std::optional<CloudAssembly> assembly = std::nullopt;
   Cloud cloud = {};
 };

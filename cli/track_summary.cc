@@ -21,11 +21,11 @@ std::size_t left_out(const ProbePose& pose) {
       std::count_if(pose.residuals.begin(), pose.residuals.end(), [](const LedResidual& r) { return !r.used; }));
 }
 
-// Of the pose as a whole: the root of the covariance's trace.
-double sigma_deg(const ProbePose& pose) {
-  return std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) * 180 / std::numbers::pi;
+// Of a pose as a whole: the root of the covariance's trace.
+double sigma_deg(const Matrix6d& covariance) {
+  return std::sqrt(covariance.topLeftCorner<3, 3>().trace()) * 180 / std::numbers::pi;
 }
-double sigma_mm(const ProbePose& pose) { return std::sqrt(pose.covariance.bottomRightCorner<3, 3>().trace()); }
+double sigma_mm(const Matrix6d& covariance) { return std::sqrt(covariance.bottomRightCorner<3, 3>().trace()); }
 
 // Null where there was nothing to compare.
 json stillness_json(const Stillness& stillness) {
@@ -36,15 +36,18 @@ json stillness_json(const Stillness& stillness) {
           {"largest_px", stillness.largest_px}};
 }
 
-json pose_json(const Rig& rig, const StationPose& station, PoseMethod method) {
+json pose_json(const Rig& rig, const TrackedStation& tracked, PoseMethod method) {
+  const StationPose& station = *tracked.found;
   const Constellation& found = station.constellation;
   const Pose& pose = found.pose.world_from_probe;
   json result{{"quaternion_wxyz", {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z()}},
               {"translation_mm", {pose.translation.x(), pose.translation.y(), pose.translation.z()}},
               {"stillness", stillness_json(station.stillness)}};
   if (method == PoseMethod::markers) return result;
-  result["sigma_deg"] = sigma_deg(found.pose);
-  result["sigma_mm"] = sigma_mm(found.pose);
+  result["sigma_deg"] = sigma_deg(found.pose.covariance);
+  result["sigma_mm"] = sigma_mm(found.pose.covariance);
+  result["rig_sigma_deg"] = tracked.by_rig ? json(sigma_deg(*tracked.by_rig)) : json();
+  result["rig_sigma_mm"] = tracked.by_rig ? json(sigma_mm(*tracked.by_rig)) : json();
   result["chi_square"] = found.pose.chi_square;
   result["redundancy"] = found.pose.redundancy;
   result["left_out"] = json::array();
@@ -71,7 +74,7 @@ json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations, 
   if (method == PoseMethod::markers) summary["uncertainty"] = {{"lacks", kMarkersLack}};
   for (const TrackedStation& station : stations) {
     if (station.found) {
-      summary["stations"][station.station] = pose_json(rig, *station.found, method);
+      summary["stations"][station.station] = pose_json(rig, station, method);
     } else {
       summary["failed"].push_back({{"id", station.station}, {"reason", station.found.error().message}});
     }
@@ -93,9 +96,12 @@ std::string track_text(const std::vector<TrackedStation>& stations, PoseMethod m
       continue;
     }
     const ProbePose& pose = station.found->constellation.pose;
-    text += fmt::format("{}: {} readings, {} left out, chi-square {:.1f} of {}; sigma {:.3f} deg, {:.2f} mm\n",
+    text += fmt::format("{}: {} readings, {} left out, chi-square {:.1f} of {}; sigma {:.3f} deg, {:.2f} mm by LEDs, ",
                         station.station, pose.residuals.size(), left_out(pose), pose.chi_square, pose.redundancy,
-                        sigma_deg(pose), sigma_mm(pose));
+                        sigma_deg(pose.covariance), sigma_mm(pose.covariance));
+    text += station.by_rig
+                ? fmt::format("{:.3f} deg, {:.2f} mm by rig\n", sigma_deg(*station.by_rig), sigma_mm(*station.by_rig))
+                : std::string("unknown by rig\n");
     if (pose.choice) text += fmt::format("  {}\n", choice_text(*pose.choice));
   }
   if (method == PoseMethod::markers) text += fmt::format("no uncertainty: {}\n", kMarkersLack);

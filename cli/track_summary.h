@@ -2,6 +2,7 @@
 // that markers posed there is no covariance, nor what follows from it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace crumple {
 struct TrackedStation {
   std::string station;
   Expected<StationPose> found;
+  std::optional<Matrix6d> by_rig = {};  // of the pose, from the rig's covariance; none where that is not known
 };
 
 nlohmann::json track_summary(const Rig& rig, const std::vector<TrackedStation>& stations, PoseMethod method);

@@ -22,10 +22,10 @@ namespace crumple {
 namespace fs = std::filesystem;
 namespace {
 
-// Version 2 adds LEDs and sensors fixed to the world, version 3 what the scale's uncertainty lacks. A rig is written as
-// the first version that holds what it has.
-const std::vector<std::string> kRigSchemas = {"crumple-rig/3", "crumple-rig/2", "crumple-rig/1"};
-constexpr int kNewestRig = 3;
+// Version 2 adds LEDs and sensors fixed to the world, version 3 what the scale's uncertainty lacks, version 4 the
+// calibration's verdict. A rig is written as the first version that holds what it has.
+const std::vector<std::string> kRigSchemas = {"crumple-rig/4", "crumple-rig/3", "crumple-rig/2", "crumple-rig/1"};
+constexpr int kNewestRig = 4;
 constexpr const char* description_name = "rig.yaml";
 constexpr const char* covariance_name = "covariance.npy";
 
@@ -40,6 +40,7 @@ const std::string& rig_schema(int version) { return kRigSchemas[static_cast<std:
 bool has_scale(const std::vector<std::string>& rows) { return std::any_of(rows.begin(), rows.end(), is_scale); }
 
 int first_version_of(const Rig& rig) {
+  if (!rig.doubts.empty()) return 4;
   if (has_scale(rig.covariance.names) || !rig.scale_lacks.empty()) return 3;
   const bool in_world = std::any_of(rig.sensors.begin(), rig.sensors.end(),
                                     [](const Sensor& sensor) { return sensor.mount == Mount::world; });
@@ -70,6 +71,10 @@ std::string description(const Rig& rig) {
   for (const auto& [group, sigma_px] : rig.sigma_px) text += fmt::format("  {}: {}\n", yaml_quoted(group), sigma_px);
   if (!rig.scale_lacks.empty()) text += "scale_lacks:\n";
   for (const std::string& lack : rig.scale_lacks) text += fmt::format("  - {}\n", yaml_quoted(lack));
+  if (!rig.doubts.empty()) {
+    text += fmt::format("verdict:\n  level: {}\n  reasons:\n", rig.rejected ? "rejected" : "suspect");
+    for (const std::string& doubt : rig.doubts) text += fmt::format("    - {}\n", yaml_quoted(doubt));
+  }
   if (rig.covariance.names.empty()) return text;
   text += fmt::format("covariance:\n  file: {}\n  rows:\n", covariance_name);
   for (const std::string& name : rig.covariance.names) text += fmt::format("    - {}\n", yaml_quoted(name));
@@ -122,6 +127,8 @@ Expected<void> check_rig(const Rig& rig) {
     if (!(sigma_px > 0 && sigma_px < kLargestValue)) return fail(fmt::format("sigma of {} is {} px.", group, sigma_px));
   for (const std::string& lack : rig.scale_lacks)
     if (lack.empty()) return fail("The rig's scale lacks something without words for it; no rig was written.");
+  for (const std::string& doubt : rig.doubts)
+    if (doubt.empty()) return fail("The rig's verdict has a reason without words; no rig was written.");
   if (auto sound = check_covariance(rig.covariance); !sound)
     return fail(fmt::format("The rig's covariance is unusable: {}.", sound.error().message));
   return {};
@@ -199,6 +206,8 @@ struct RigEntries {
   std::vector<Led> leds;
   std::map<std::string, double> sigma_px;
   std::vector<std::string> scale_lacks;
+  std::vector<std::string> doubts;
+  bool rejected = false;
   std::string covariance_file;
   std::vector<std::string> covariance_rows;
 };
@@ -210,6 +219,18 @@ void read_covariance_entry(const YamlValue& value, RigEntries& entries) {
   }
   if (const auto rows = map.require("rows", "what each row is, such as cam0.fx"))
     for (const YamlValue& row : rows->list()) entries.covariance_rows.push_back(row.text());
+  map.finish();
+}
+
+void read_verdict(const YamlValue& value, RigEntries& entries) {
+  YamlMap map = value.map();
+  if (const auto level = map.require("level", "suspect or rejected")) {
+    entries.rejected = level->one_of({"suspect", "rejected"}) == "rejected";
+  }
+  if (const auto reasons = map.require("reasons", "a list of sentences")) {
+    for (const YamlValue& reason : reasons->list()) entries.doubts.push_back(reason.text());
+    if (entries.doubts.empty()) reasons->problem("must have at least one");
+  }
   map.finish();
 }
 
@@ -246,6 +267,10 @@ Expected<RigEntries> read_description(const fs::path& file) {
     refuse_before(3, version, *lacks);
     for (const YamlValue& lack : lacks->list()) entries.scale_lacks.push_back(lack.text());
     if (entries.scale_lacks.empty()) lacks->problem("must say something, or be left out where nothing lacks");
+  }
+  if (const auto verdict = map.find("verdict")) {
+    refuse_before(4, version, *verdict);
+    read_verdict(*verdict, entries);
   }
   if (const auto covariance = map.find("covariance")) read_covariance_entry(*covariance, entries);
   if (version < 3 && has_scale(entries.covariance_rows)) entries.scale_lacks = {kLacksUnrecorded};
@@ -309,6 +334,8 @@ Expected<Rig> read_rig(const fs::path& folder) {
   rig.leds = entries->leds;
   rig.sigma_px = entries->sigma_px;
   rig.scale_lacks = entries->scale_lacks;
+  rig.doubts = entries->doubts;
+  rig.rejected = entries->rejected;
   if (entries->covariance_file.empty()) return rig;
   auto matrix = read_npy(folder / entries->covariance_file);
   if (!matrix) return tl::unexpected(matrix.error());

@@ -1,8 +1,8 @@
 // Rigs on disk: a folder with
 //   rig.yaml           schema crumple-rig/1, /2 where there are LEDs or sensors fixed to the world, /3 where the scale
-//   is
-//                      known: sensors with their poses, LEDs, sigma per group of observations, what the scale's
-//                      uncertainty lacks, names of the covariance's rows. Lengths mm, angles rad.
+//                      is known, /4 where the calibration had doubts: sensors with their poses, LEDs, sigma per group
+//                      of observations, what the scale's uncertainty lacks, the verdict, names of the covariance's
+//                      rows. Lengths mm, angles rad.
 //   SENSOR.cameramodel one per sensor, mrcal's format: the lens, and the pose once more for readers of that format
 //   covariance.npy     where the rig has a covariance
 // What is written is read back exactly: poses as quaternions from rig.yaml, lenses from the .cameramodel files.

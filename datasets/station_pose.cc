@@ -77,8 +77,10 @@ Expected<StationPose> station_pose(const Capture& capture, const Rig& rig, const
     trackers.push_back({*index, of_the_rig(std::move(*lights), *leds)});
   }
   if (trackers.empty()) return fail(fmt::format("station {}: no tracker of the rig took images there", station));
-  auto settled = method == PoseMethod::markers ? settle_by_markers(rig, trackers, *leds)
-                                               : settle_constellation(rig, trackers, *leds, {.near = near});
+  auto settled = method == PoseMethod::pixels
+                     ? settle_constellation(rig, trackers, *leds, {.near = near})
+                     : settle_by_markers(rig, trackers, *leds,
+                                         method == PoseMethod::markers ? &Light::centre_of_gravity_px : &Light::pixel);
   if (!settled) return fail(fmt::format("station {}: {}", station, settled.error().message));
   Stillness still = stillness(readings_over_time(trackers, *leds));
   if (!still.still) return fail(fmt::format("station {}: {}", station, moved_text(still)));

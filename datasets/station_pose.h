@@ -16,8 +16,9 @@ namespace crumple {
 bool is_tracked(const Capture& capture, const Rig& rig);
 
 // The poses by which the probe can be placed: from the LEDs' pixels in all trackers at once, or as the reference method
-// does it, from triangulated markers (tracking/paper_pose.h; without a covariance).
-enum class PoseMethod { pixels, markers };
+// does it, from triangulated markers (tracking/paper_pose.h; without a covariance), by their spots' centres of gravity
+// or by the refined spots.
+enum class PoseMethod { pixels, markers, markers_by_spots };
 
 struct StationPose {
   Constellation constellation;

@@ -56,6 +56,9 @@ struct Rig {
   // What the uncertainty of the boards' scales in the covariance does not contain, in words, such as a thermal
   // expansion that no certificate states. Empty where it is complete, and where no scale has a row.
   std::vector<std::string> scale_lacks = {};
+  // What its calibration's verdict said against it, sentences; empty where that was nothing, or is not known.
+  std::vector<std::string> doubts = {};
+  bool rejected = false;  // with doubts: numbers that nobody is to use
 
   std::optional<std::size_t> find(const std::string& name) const;
 };

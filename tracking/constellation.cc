@@ -157,14 +157,14 @@ Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<T
 }
 
 Expected<Constellation> settle_by_markers(const Rig& rig, const std::vector<TrackerLights>& trackers,
-                                          const std::vector<std::size_t>& led_of_word) {
+                                          const std::vector<std::size_t>& led_of_word, Eigen::Vector2d Light::*place) {
   if (const auto known = check_leds(rig, trackers, led_of_word); !known) return tl::unexpected(known.error());
   if (const auto differ = check_images(rig, trackers); !differ) return tl::unexpected(differ.error());
   const LedReadings by_spots = undoubted_readings(trackers, led_of_word, &Light::pixel);
   const auto right = check_names(rig, by_spots, probe_pose(rig, by_spots), {});
   if (!right) return tl::unexpected(right.error());
   Constellation result;
-  result.readings = undoubted_readings(trackers, led_of_word, &Light::centre_of_gravity_px);
+  result.readings = undoubted_readings(trackers, led_of_word, place);
   const auto pose = paper_pose(rig, result.readings);
   if (!pose) return tl::unexpected(pose.error());
   result.pose.world_from_probe = pose->world_from_probe;

@@ -45,11 +45,13 @@ Expected<Constellation> settle_constellation(const Rig& rig, const std::vector<T
                                              const std::vector<std::size_t>& led_of_word,
                                              const ProbePoseOptions& options = {});
 
-// As the reference method has it (tracking/paper_pose.h): centres of gravity of the lights that are told without regard
-// to a pose, candidates passed over; the pose has neither covariance nor residuals. Fails where that pose fails, and on
-// swapped words and mixed images as above, which triangulated markers alone would not show.
+// As the reference method has it (tracking/paper_pose.h): by the centres of gravity, or another place, of the lights
+// that are told without regard to a pose, candidates passed over; the pose has neither covariance nor residuals. Fails
+// where that pose fails, and on swapped words and mixed images as above, which triangulated markers alone would not
+// show.
 Expected<Constellation> settle_by_markers(const Rig& rig, const std::vector<TrackerLights>& trackers,
-                                          const std::vector<std::size_t>& led_of_word);
+                                          const std::vector<std::size_t>& led_of_word,
+                                          Eigen::Vector2d Light::*place = &Light::centre_of_gravity_px);
 
 // Of the probe's LEDs those that the pose was made of: what was left out there stays out.
 LedReadings used_readings(const Rig& rig, const Constellation& where);

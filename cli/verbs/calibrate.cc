@@ -3,9 +3,11 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gflags/gflags.h>
 
 #include "calib/cross_validate.h"
+#include "calib/determined_part.h"
 #include "calib/fold_differences.h"
 #include "calib/led_layout.h"
 #include "calib/swapped_axes.h"
@@ -163,6 +165,18 @@ std::string explained(const std::string& message, const Capture& capture, const 
   return text;
 }
 
+// Of a rig that is not determined.
+std::string determined_part_text(const DeterminedPart& part) {
+  std::string text = fmt::format("nothing tells {}", fmt::join(part.open, ", "));
+  for (const DeterminedProjection& sensor : part.projections) {
+    text += fmt::format(
+        "\nwhat stays determined: {} projects points at the depth of what it saw to {:.2g} px (infinitely far: {:.2g} "
+        "px)",
+        sensor.sensor, sensor.there_px, sensor.far_px);
+  }
+  return text;
+}
+
 // Read before hours of work, not after.
 Expected<std::optional<Rig>> truth_from_flags() {
   if (FLAGS_truth.empty()) return std::nullopt;
@@ -292,7 +306,8 @@ Expected<Calibrated> calibrated_by_flags(const Capture& capture, const Calibrati
   auto calibration = calibrate(input.data, options);
   if (calibration) return Calibrated{std::move(*lenses), std::move(*calibration)};
   const auto swapped = find_swapped_axes(input.data, options, nullptr);
-  const std::string said = calibration.error().message + (swapped ? "\n" + *swapped : "");
+  std::string said = calibration.error().message + (swapped ? "\n" + *swapped : "");
+  if (const auto part = determined_part(input.data, options)) said += "\n" + determined_part_text(*part);
   return fail(explained(said, capture, input.skipped));
 }
 
@@ -337,7 +352,10 @@ Expected<RunRecord> write_outputs(const VerbContext& context, const Capture& cap
                                   const Calibration& calibration, const Told& told, const OutputFolder& folder) {
   const auto summary = json_text(told.result.document);
   if (!summary) return tl::unexpected(summary.error());
-  if (auto done = write_rig(folder.path(), calibrated_rig(calibration)); !done) return tl::unexpected(done.error());
+  Rig rig = calibrated_rig(calibration);
+  rig.doubts = told.verdict.reasons;
+  rig.rejected = told.verdict.rejected;
+  if (auto done = write_rig(folder.path(), rig); !done) return tl::unexpected(done.error());
   if (auto done = write_file(folder / "summary.json", *summary); !done) return tl::unexpected(done.error());
   if (auto done = write_residual_files(capture, input, calibration, FLAGS_overlays, folder.path()); !done) {
     return tl::unexpected(done.error());
@@ -386,6 +404,11 @@ Expected<VerbResult> run_calibrate(const VerbContext& context) {
   if (FLAGS_starts) {
     const auto done = write_starts(input->data, settings->options, calibration, *truth, folder->path(), told.result);
     if (!done) return tl::unexpected(done.error());
+  }
+  if (settings->options.earlier) {
+    for (const std::string& doubt : settings->options.earlier->rig.doubts) {
+      log_warning("the rig that --start goes on from was not trusted when calibrated: " + doubt);
+    }
   }
   told.result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto record = write_outputs(context, *capture, *input, calibration, told, *folder);

@@ -10,6 +10,7 @@
 #include "cli/flags.h"
 #include "cli/length_unit.h"
 #include "cli/record.h"
+#include "cli/rig_doubts.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/calibration_record.h"
 #include "datasets/formats/rig_format.h"
@@ -64,6 +65,7 @@ Expected<VerbResult> run_export(const VerbContext& context) {
   const std::filesystem::path rig_folder = context.inputs.front();
   auto rig = read_rig(rig_folder);
   if (!rig) return tl::unexpected(rig.error());
+  const Rig whole = *rig;
   auto record = read_calibration_record(rig_folder);
   if (!record) return tl::unexpected(record.error());
   auto sensors = on_one_mount(std::move(*rig), mount);
@@ -81,6 +83,7 @@ Expected<VerbResult> run_export(const VerbContext& context) {
     result.text += fmt::format("{}\n", (std::filesystem::path(FLAGS_out) / file).string());
   for (const std::string& sentence : *lost) result.text += fmt::format("left behind: {}\n", sentence);
   result.document = {{"out", FLAGS_out}, {"format", format->name}, {"files", files}, {"left_behind", *lost}};
+  tell_doubts(whole, result);
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include "cli/flags.h"
 #include "cli/measurement.h"
 #include "cli/record.h"
+#include "cli/rig_doubts.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/json_text.h"
 #include "datasets/output_folder.h"
@@ -29,6 +30,7 @@ Expected<VerbResult> result_of(const std::filesystem::path& folder) {
     if (!report) return fail(fmt::format("{}: {}", FLAGS_points, report.error().message));
     result.text = std::move(report->text);
     result.document = std::move(report->document);
+    tell_doubts(cloud->rig(), result);
     return result;
   }
   const auto plan = read_acceptance_plan(FLAGS_vdi2634);
@@ -40,6 +42,7 @@ Expected<VerbResult> result_of(const std::filesystem::path& folder) {
   result.exit_code = report->accepted ? ExitCode::done : ExitCode::not_trusted;
   result.text = std::move(report->report.text);
   result.document = std::move(report->report.document);
+  tell_doubts(cloud->rig(), result);
   return result;
 }
 

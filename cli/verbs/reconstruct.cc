@@ -14,6 +14,7 @@
 #include "cli/reconstructor.h"
 #include "cli/record.h"
 #include "cli/refined_stations.h"
+#include "cli/rig_doubts.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/capture.h"
 #include "datasets/cloud_file.h"
@@ -109,7 +110,9 @@ Expected<std::vector<ComparedRig>> rigs_to_compare(const Capture& capture) {
     if (!rig) return tl::unexpected(rig.error());
     auto pairs = sensor_pairs(capture, *rig, (std::filesystem::path(FLAGS_rig) / name).string());
     if (!pairs) return tl::unexpected(pairs.error());
-    rigs.push_back({name, std::move(*rig), std::move(*pairs)});
+    // The closed forms go with the reference method's spots; every other rig with the same spots as the joint one.
+    const auto pose = name == "closed_forms" ? PoseMethod::markers : PoseMethod::markers_by_spots;
+    rigs.push_back({name, std::move(*rig), std::move(*pairs), pose});
   }
   return rigs;
 }
@@ -129,7 +132,6 @@ Expected<void> refine_setup(const Capture& capture, const ReconstructorOptions& 
   reading.decode.bit_rule = options.rule;
   auto refined = refined_stations(capture, setup.rig, stations, setup.pairs, reading, options.near);
   if (!refined) {
-    log_warning("--refine_stations: stations stay where their LEDs put them: " + refined.error().message);
     setup.refusal = refined.error().message;
     return {};
   }
@@ -245,7 +247,11 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
     }
   }
   Reconstructor work(*capture, setup.rig, *choices, std::move(*compared), stations->size());
-  if (!setup.refusal.empty()) work.reconstruction.refined = {{"refused", setup.refusal}};
+  if (!setup.refusal.empty()) {
+    work.reconstruction.refined = {{"refused", setup.refusal}};
+    work.reconstruction.refined_text =
+        fmt::format("not refined: stations stay where their LEDs put them, for {}\n", setup.refusal);
+  }
   if (setup.refined) {
     work.place(std::move(setup.refined->poses));
     work.uncertainty.know(std::move(setup.refined->known));
@@ -271,10 +277,13 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
 
   VerbResult result;
   result.exit_code = work.reconstruction.failed.empty() ? ExitCode::done : ExitCode::part_of_batch_failed;
-  if (!work.reconstruction.rig.holds) result.exit_code = ExitCode::not_trusted;
+  const bool trusted =
+      work.reconstruction.rig.holds && stations_off(work.reconstruction).empty() && setup.refusal.empty();
+  if (!trusted) result.exit_code = ExitCode::not_trusted;
   result.text = reconstruction_text(work.reconstruction);
   result.document = reconstruction_summary(work.reconstruction);
   result.document["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  tell_doubts(calibrated, result);
   const auto written = write_results(*folder, *capture, work, *deviations, result.document).and_then([&] {
     std::vector<std::filesystem::path> inputs = capture_files(*capture);
     inputs.emplace_back(FLAGS_rig);
@@ -302,7 +311,8 @@ Verb reconstruct_verb() {
           "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
           "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "
           "stations failed and the others are written; 4 where the LEDs of all stations together show that a tracker "
-          "or an LED has moved since the calibration, which is named.",
+          "or an LED has moved since the calibration, which is named, where a station lies off the others by more than "
+          "rig and poses allow, and where --refine_stations was refused.",
       .example =
           "$ crumple reconstruct door/capture.yaml --rig=rig --out=cloud\n"
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",

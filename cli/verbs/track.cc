@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include "calib/led_layout.h"
+#include "calib/station_poses.h"
 #include "calib/unknown_probe.h"
+#include "calib/verdict.h"
 #include "cli/calibration_input.h"
 #include "cli/cloud_uncertainty.h"
 #include "cli/flags.h"
@@ -10,6 +13,7 @@
 #include "cli/posed_rig.h"
 #include "cli/progress.h"
 #include "cli/record.h"
+#include "cli/rig_doubts.h"
 #include "cli/track_summary.h"
 #include "cli/verbs/verbs.h"
 #include "datasets/earlier_rig.h"
@@ -53,8 +57,13 @@ bool probe_is_unknown(const Capture& capture, const Rig& rig) {
   return any;
 }
 
-// The rig's trackers with the LEDs of a probe that they see for the first time.
-Expected<Rig> rig_of_unknown_probe(const Capture& capture) {
+// The rig's trackers with the LEDs of a probe that they see for the first time, and whether that is to be trusted.
+struct FoundProbe {
+  Rig rig;
+  Verdict verdict;
+};
+
+Expected<FoundProbe> find_probe(const Capture& capture) {
   const auto trackers = read_earlier_rig(FLAGS_rig);
   if (!trackers) return tl::unexpected(trackers.error());
   std::vector<std::string> names;
@@ -65,9 +74,32 @@ Expected<Rig> rig_of_unknown_probe(const Capture& capture) {
   const auto input =
       read_calibration_input(capture, names, ProjectorSource::automatic, thread_count(), NeedsBoards::no);
   if (!input) return tl::unexpected(input.error());
-  const auto probe = unknown_probe(input->data, *trackers, nominal_places_mm(capture), thread_count());
+  const auto nominal_mm = nominal_places_mm(capture);
+  auto probe = unknown_probe(input->data, *trackers, nominal_mm, thread_count());
   if (!probe) return tl::unexpected(probe.error());
-  return probe->rig;
+  Verdict verdict = judge(input->data, probe->calibration, thread_count());
+  for (std::string& said : check_led_layout(probe->rig, nominal_mm)) verdict.reasons.push_back(std::move(said));
+  verdict.ok = verdict.reasons.empty();
+  probe->rig.doubts = verdict.reasons;
+  probe->rig.rejected = verdict.rejected;
+  return FoundProbe{std::move(probe->rig), std::move(verdict)};
+}
+
+// What the rig's covariance makes of a pose.
+std::optional<Matrix6d> pose_by_rig(const Rig& rig, const Constellation& where) {
+  if (rig.covariance.names.empty()) return std::nullopt;
+  const auto d_rig = d_pose_d_rig(rig, used_readings(rig, where), where.pose.world_from_probe);
+  if (!d_rig) return std::nullopt;
+  return Matrix6d(*d_rig * rig.covariance.matrix * d_rig->transpose());
+}
+
+// Of a probe that was not known.
+void tell_found_probe(const Verdict& verdict, VerbResult& result) {
+  result.document["found_probe"] = {{"verdict", level_of(verdict)}, {"reasons", verdict.reasons}};
+  std::string text = "the rig knows no LED of this probe: rig/ holds the trackers with its LEDs\n";
+  for (const std::string& reason : verdict.reasons) text += fmt::format("{}: {}\n", level_of(verdict), reason);
+  result.text = text + result.text;
+  if (!verdict.ok) result.exit_code = ExitCode::not_trusted;
 }
 
 // Into a folder of its own.
@@ -95,10 +127,12 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   auto rig = read_rig(FLAGS_rig);
   if (!rig) return tl::unexpected(rig.error());
   const bool unknown = probe_is_unknown(*capture, *rig);
+  Verdict of_unknown;
   if (unknown) {
-    auto found = rig_of_unknown_probe(*capture);
+    auto found = find_probe(*capture);
     if (!found) return fail(fmt::format("{}: {}", capture->description.string(), found.error().message));
-    rig = std::move(*found);
+    rig = std::move(found->rig);
+    of_unknown = std::move(found->verdict);
   }
   if (!is_tracked(*capture, *rig)) {
     return fail(fmt::format("{} and {}: a probe is tracked by LEDs that both describe", capture->description.string(),
@@ -119,7 +153,10 @@ Expected<VerbResult> run_track(const VerbContext& context) {
     for (const std::string& station : *stations) {
       auto found = by_pixels ? near->pose(*capture, *rig, station) : station_pose(*capture, *rig, station, *method);
       tracked.push_back({station, std::move(found)});
-      if (tracked.back().found) uncertainty.add_tracked(station, *tracked.back().found);
+      if (tracked.back().found) {
+        uncertainty.add_tracked(station, *tracked.back().found);
+        if (by_pixels) tracked.back().by_rig = pose_by_rig(*rig, tracked.back().found->constellation);
+      }
       progress.advance();
     }
   }
@@ -136,9 +173,10 @@ Expected<VerbResult> run_track(const VerbContext& context) {
     if (!posed.holds) result.exit_code = ExitCode::not_trusted;
   }
   if (unknown) {
-    result.text = "the rig knows no LED of this probe: rig/ holds the trackers with its LEDs\n" + result.text;
+    tell_found_probe(of_unknown, result);
     if (auto done = write_found_rig(*folder / "rig", *rig); !done) return tl::unexpected(done.error());
   }
+  if (!unknown) tell_doubts(*rig, result);
   const auto written =
       write_file(*folder / "poses.csv", poses_csv(tracked, *method))
           .and_then([&] { return unknown ? Expected<void>{} : uncertainty.write(folder->path()); })
@@ -171,10 +209,11 @@ Verb track_verb() {
           "tracker allow, unless --near tells which. Poses by --pose=markers have no covariance: poses.csv is without "
           "it then, and there is no stations.yaml. Exit code 5 where some stations failed and the others are "
           "written; 4 where the LEDs of all stations together show that a tracker or an LED has moved since the "
-          "calibration, which is named.",
+          "calibration, which is named, and where what was found of an unknown probe is not to be trusted.",
       .example =
           "$ crumple track door/capture.yaml --rig=rig --out=poses\n"
-          "door_1: 10 readings, 0 left out, chi-square 14.2 of 14; sigma 0.021 deg, 0.32 mm\n",
+          "door_1: 10 readings, 0 left out, chi-square 14.2 of 14; sigma 0.021 deg, 0.32 mm by LEDs, "
+          "0.009 deg, 0.21 mm by rig\n",
       .min_inputs = 1,
       .max_inputs = 1,
       .flags = {"rig", "out", "images", "stations", "pose", "near", "threads", "overwrite", "json"},

@@ -58,12 +58,7 @@ TEST(PointUncertainty, SensitivitiesAreCentralDifferencesOfTheWholeChain) {
 TEST(PointUncertainty, DistancesScatterAsPredicted) {
   TrackedProbe probe;
   std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXd root(probe.size(), probe.size());
-  for (Eigen::Index i = 0; i < root.size(); ++i)
-    root(i) = normal(random) / std::sqrt(2.0 * static_cast<double>(root.rows()));
-  root.diagonal().array() += std::sqrt(0.5);
-  for (Eigen::Index i = 0; i < root.rows(); ++i) root.row(i) *= probe.scale_of(static_cast<std::size_t>(i));
+  const Eigen::MatrixXd root = correlated_root(probe, random);
   probe.truth.rig.covariance.matrix = root * root.transpose();
   const auto uncertainty =
       PointUncertainty::create(probe.truth.rig, probe.poses(probe.truth.rig, probe.readings)).value();
@@ -90,18 +85,8 @@ TEST(PointUncertainty, DistancesScatterAsPredicted) {
   }
   constexpr int kDraws = 300;
   for (int draw = 0; draw < kDraws; ++draw) {
-    Eigen::VectorXd step(probe.size());
-    for (double& value : step) value = normal(random);
-    const Rig rig = probe.moved(root * step);
-    std::vector<LedReadings> seen = probe.readings;
-    for (LedReadings& station : seen) {
-      for (LedReading& reading : station) {
-        for (Eigen::Vector2d& pixel : reading.view.pixels) {
-          pixel.x() += kLedSigma_px * normal(random);
-          pixel.y() += kLedSigma_px * normal(random);
-        }
-      }
-    }
+    const Rig rig = drawn_rig(probe, root, random);
+    const std::vector<LedReadings> seen = drawn_readings(probe, random);
     std::vector<Eigen::Vector3d> found;
     for (const StripeReading& reading : readings) found.push_back(in_world(rig, reading, seen));
     for (int d = 0; d < 2; ++d) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/verdict.h"
+#include "solvers/rig_covariance.h"
 #include "tests/calib/made_system_data.h"
 #include "tests/solvers/noisy_observations.h"
 
@@ -201,6 +202,76 @@ TEST(StartFromRig, HoldsWhatIsNotToBeCorrected) {
   EXPECT_EQ(rig.sensors[0].lens.parameters(), options.earlier->rig.sensors[0].lens.parameters());
   EXPECT_NE(rig.sensors[2].lens.parameters(), options.earlier->rig.sensors[2].lens.parameters());
   EXPECT_EQ(rig.leds[0].position_mm, options.earlier->rig.leds[0].position_mm);
+}
+
+// One step of the rig along a tangent by the names of the covariance's rows.
+Rig stepped(Rig rig, const Eigen::VectorXd& step) {
+  const CalibrationState named{rig, {}, {}, {}};
+  CalibrationState state = named;
+  for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+    for (const BlockId& block : {BlockId{BlockId::Kind::lens, s}, BlockId{BlockId::Kind::mount, s}}) {
+      const auto row = find_row(rig.covariance, parameter_names(block, named).front());
+      if (row) move_block(block, step.segment(*row, tangent_size(block, named)), state);
+    }
+  }
+  for (std::size_t l = 0; l < rig.leds.size(); ++l) {
+    const BlockId block{BlockId::Kind::led, l};
+    if (const auto row = find_row(rig.covariance, rig.leds[l].name + ".x")) {
+      move_block(block, step.segment<3>(*row), state);
+    }
+  }
+  rig.sensors = state.rig.sensors;
+  rig.leds = state.rig.leds;
+  return rig;
+}
+
+// What is kept is off by what the earlier rig's covariance says, what is corrected beside it follows: both are in the
+// covariance, and what is kept stays as uncertain as it was.
+TEST(StartFromRig, WhatIsKeptIsAsUncertainAsItWasAndMakesTheRestSo) {
+  constexpr int kCampaigns = 16;
+  const Rig before = calibrated_rig(earlier());
+  Rig truth = make_system(kCampaign).truth.rig;
+  truth.covariance = before.covariance;
+  Eigen::Index rows = 0;
+  while (rows < before.covariance.matrix.rows() &&
+         before.covariance.names[static_cast<std::size_t>(rows)].find(".datum_") == std::string::npos) {
+    ++rows;
+  }
+  const Eigen::MatrixXd root = before.covariance.matrix.topLeftCorner(rows, rows).llt().matrixL();
+  std::mt19937_64 random(20261128);
+  std::normal_distribution<double> normal(0, 1);
+  double squares = 0, alone = 0, degrees = 0;
+  for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
+    Eigen::VectorXd step(root.rows());
+    for (double& z : step) z = normal(random);
+    CalibrationOptions options = kFlatBoards;
+    options.earlier = EarlierRig{.rig = stepped(truth, root * step)};
+    options.earlier->corrected = {"track1"};
+    const auto found = calibrate(interim(100 + seed, nullptr), options);
+    ASSERT_TRUE(found) << found.error().message;
+    const JointCovariance& whole = whole_covariance(*found);
+    const auto size = static_cast<Eigen::Index>(whole.rig_rows());
+    Eigen::VectorXd off(size);
+    Eigen::Index row = 0;
+    for (const BlockId& block : whole.parameters().common_blocks()) {
+      if (block.is_pose()) continue;
+      const CalibrationState true_state{truth, {}, {}, {}};
+      const Eigen::VectorXd part = block_step(block, true_state, found->bundle.state);
+      off.segment(row, part.size()) = part;
+      row += part.size();
+    }
+    ASSERT_EQ(row, size);
+    squares += off.dot(whole.common().topLeftCorner(size, size).llt().solve(off));
+    degrees += static_cast<double>(size);
+    const BlockId lens{BlockId::Kind::lens, 0};
+    EXPECT_NEAR(whole.of({lens}, found->bundle.state)(0, 0) / before.covariance.matrix(0, 0), 1, 1e-6);
+    // Of what is corrected the observations alone say too little.
+    const BlockId mount{BlockId::Kind::mount, 2};
+    const Eigen::VectorXd of_mount = block_step(mount, {truth, {}, {}, {}}, found->bundle.state);
+    alone += of_mount.dot(found->bundle.covariance.of({mount}, found->bundle.state).llt().solve(of_mount)) / 6;
+  }
+  EXPECT_NEAR(squares / degrees, 1, 4 * std::sqrt(2 / degrees));
+  EXPECT_GT(alone / kCampaigns, 1.5);
 }
 
 TEST(StartFromRig, RefusesWhatIsAnotherProbe) {

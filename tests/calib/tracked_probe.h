@@ -1,6 +1,8 @@
 // A made tracked probe at two stations, exact, for tests of what its uncertainty does to points.
 #pragma once
 
+#include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -83,6 +85,39 @@ struct TrackedProbe {
     return result;
   }
 };
+
+// The root of a covariance that ties all parameters together.
+inline Eigen::MatrixXd correlated_root(const TrackedProbe& probe, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd root(probe.size(), probe.size());
+  for (Eigen::Index i = 0; i < root.size(); ++i)
+    root(i) = normal(random) / std::sqrt(2.0 * static_cast<double>(root.rows()));
+  root.diagonal().array() += std::sqrt(0.5);
+  for (Eigen::Index i = 0; i < root.rows(); ++i) root.row(i) *= probe.scale_of(static_cast<std::size_t>(i));
+  return root;
+}
+
+// A rig that is off as the root's covariance says.
+inline Rig drawn_rig(const TrackedProbe& probe, const Eigen::MatrixXd& root, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd step(probe.size());
+  for (double& value : step) value = normal(random);
+  return probe.moved(root * step);
+}
+
+inline std::vector<LedReadings> drawn_readings(const TrackedProbe& probe, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  std::vector<LedReadings> seen = probe.readings;
+  for (LedReadings& station : seen) {
+    for (LedReading& reading : station) {
+      for (Eigen::Vector2d& pixel : reading.view.pixels) {
+        pixel.x() += kLedSigma_px * normal(random);
+        pixel.y() += kLedSigma_px * normal(random);
+      }
+    }
+  }
+  return seen;
+}
 
 struct StripeReading {
   std::size_t station = 0;

@@ -37,6 +37,20 @@ class ExportImport : public testing::Test {
   Rig rig_;
 };
 
+TEST_F(ExportImport, ARigThatWasNotTrustedIsNotPassedOnInSilence) {
+  make_rig("LENSMODEL_OPENCV4");
+  rig_.doubts = {"left: the focal length is known to 12.0 % only"};
+  for (const bool rejected : {false, true}) {
+    rig_.rejected = rejected;
+    ASSERT_TRUE(write_rig(home_ / "rig", rig_));
+    const std::string level = rejected ? "rejected" : "suspect";
+    const ProgramRun run = run_program("export " + path("rig") + " --format=mrcal --out=" + path(level));
+    EXPECT_EQ(run.exit_code, rejected ? 4 : 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("the rig was " + level + " when calibrated: left: the focal length is known to"));
+    EXPECT_TRUE(std::filesystem::exists(home_ / level / "left.cameramodel"));
+  }
+}
+
 TEST_F(ExportImport, EveryFormatThereAndBack) {
   make_rig("LENSMODEL_OPENCV4");
   for (const RigFormat& format : rig_formats()) {

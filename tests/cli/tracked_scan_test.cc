@@ -129,6 +129,31 @@ TEST(TrackedScanVerbs, ReconstructMergesStationsIntoOneCloudOfTheRoom) {
   EXPECT_FALSE(cloud.shares.empty());
 }
 
+// LEDs that were all read after a push, each as often as the next: only the surface tells.
+TEST(TrackedScanVerbs, AStationThatLiesOffTheOthersIsNamed) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const std::filesystem::path capture = home / "capture";
+  std::filesystem::create_directory(capture);
+  std::filesystem::copy(scan.capture() / "capture.yaml", capture);
+  for (const char* const station : {"door_1", "door_2"}) {
+    std::filesystem::copy(scan.capture() / station, capture / station, std::filesystem::copy_options::recursive);
+  }
+  for (const char* const tracker : {"tracker0", "tracker1"}) {
+    std::filesystem::remove_all(capture / "door_2" / tracker);
+    std::filesystem::copy(scan.capture() / "pushed" / tracker, capture / "door_2" / tracker,
+                          std::filesystem::copy_options::recursive);
+  }
+  const ProgramRun run =
+      run_program(fmt::format("reconstruct '{}' --rig='{}' --stations=door_1,door_2 --json --out='{}'",
+                              (capture / "capture.yaml").string(), scan.rig().string(), (home / "cloud").string()));
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  const json summary = json::parse(run.out);
+  ASSERT_EQ(summary["reasons"].size(), 1U) << summary["merged"];
+  EXPECT_THAT(summary["reasons"][0].get<std::string>(), AllOf(HasSubstr("station door_2 lies"), HasSubstr("mm off")));
+  EXPECT_TRUE(std::filesystem::exists(home / "cloud/cloud.ply"));
+}
+
 TEST(TrackedScanVerbs, ReconstructPosesByMarkers) {
   const TrackedScan& scan = TrackedScan::get();
   const TemporaryFolder home;

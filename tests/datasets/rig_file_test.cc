@@ -81,6 +81,8 @@ void expect_same(const Rig& a, const Rig& b) {
   }
   EXPECT_EQ(a.sigma_px, b.sigma_px);
   EXPECT_EQ(a.scale_lacks, b.scale_lacks);
+  EXPECT_EQ(a.doubts, b.doubts);
+  EXPECT_EQ(a.rejected, b.rejected);
   EXPECT_EQ(a.covariance.names, b.covariance.names);
   EXPECT_EQ(a.covariance.matrix, b.covariance.matrix);
 }
@@ -122,6 +124,21 @@ TEST(RigFile, WithAScaleIsOfVersionThreeAndKeepsWhatThatLacks) {
   expect_same(*read, rig);
   replace_in(home / "rig.yaml", "crumple-rig/3", "crumple-rig/2");
   EXPECT_THAT(read_rig(home.path()).error().message, HasSubstr("scale_lacks: is new in crumple-rig/3"));
+}
+
+TEST(RigFile, WithDoubtsIsOfVersionFourAndReadBackExactly) {
+  const TemporaryFolder home;
+  Rig rig = example_rig();
+  rig.doubts = {"cam: a \"bad\" view", "another: reason"};
+  for (const bool rejected : {false, true}) {
+    rig.rejected = rejected;
+    ASSERT_TRUE(write_rig(home.path(), rig));
+    const auto read = read_rig(home.path());
+    ASSERT_TRUE(read) << read.error().message;
+    expect_same(*read, rig);
+  }
+  replace_in(home / "rig.yaml", "crumple-rig/4", "crumple-rig/3");
+  EXPECT_THAT(read_rig(home.path()).error().message, HasSubstr("verdict: is new in crumple-rig/4"));
 }
 
 // Complete, as far as such a file tells; but a file of that version told nothing.

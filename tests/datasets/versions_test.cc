@@ -117,6 +117,17 @@ TEST(RigVersions, ThreeIsRead) {
   EXPECT_EQ(rig->covariance.matrix(1, 2), -0x1p-18);
 }
 
+// Of a calibration that was rejected.
+TEST(RigVersions, FourIsRead) {
+  const auto rig = read_rig(kData / "rigs/version_4");
+  ASSERT_TRUE(rig) << rig.error().message;
+  EXPECT_TRUE(rig->rejected);
+  EXPECT_THAT(rig->doubts, ElementsAre("cam: the focal length is known to 12.0 % only: add tilts and distances",
+                                       "2 board placements only"));
+  EXPECT_EQ(rig->scale_lacks.size(), 2U);
+  EXPECT_EQ(rig->covariance.matrix(1, 2), -0x1p-18);
+}
+
 TEST(PlacementsVersions, OneIsRead) {
   const auto record = read_calibration_record(kData / "rigs/version_1");
   ASSERT_TRUE(record) << record.error().message;
