@@ -97,7 +97,9 @@ class Checker {
       if (group.kind != View::Kind::leds || !group.sigma_estimated) continue;
       const auto known_px = options_.known_sigma_px.find(group_name(start_.rig, group.sensor, group.kind));
       if (known_px == options_.known_sigma_px.end()) continue;
-      known_px->second = std::clamp(group.sigma_px, known_px->second, kMostNoise * known_px->second);
+      const double noisier = std::clamp(group.sigma_px / known_px->second, 1.0, kMostNoise);
+      if (noisier > 1) noisier_[known_px->first] = noisier;
+      known_px->second *= noisier;
     }
     return {};
   }
@@ -127,6 +129,8 @@ class Checker {
     const double sum = known->prior.evaluate(bundle->state).residuals.squaredNorm() + square_sum(*bundle);
     return Refined{std::move(*bundle), sum, known->prior};
   }
+
+  const std::map<std::string, double>& noisier() const { return noisier_; }
 
   double redundancy(const Refined& unchanged) const {
     double sum = 0;
@@ -234,6 +238,7 @@ class Checker {
   const EarlierRig& earlier_;
   CalibrationState start_;
   BundleOptions options_;
+  std::map<std::string, double> noisier_;  // by group
 };
 
 }  // namespace
@@ -247,7 +252,8 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
   if (auto done = checker.look_without_the_rig(); !done) return tl::unexpected(done.error());
   auto current = checker.refine_unchanged();
   if (!current) return tl::unexpected(current.error());
-  RigCheck check{current->square_sum, checker.redundancy(*current), checker.parts(*current), {}};
+  RigCheck check{current->square_sum, checker.redundancy(*current), checker.parts(*current), {}, checker.noisier()};
+  double degrees = check.redundancy;
   std::set<BlockId> changed;
   for (;;) {
     std::size_t worst = 0;
@@ -267,7 +273,10 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
       worst = p;
       best = std::move(*refined);
     }
-    if (!best) return check;
+    if (!best) {
+      check.probability = chi_square_tail(current->square_sum, std::max(1, static_cast<int>(std::ceil(degrees))));
+      return check;
+    }
     PartChange found{worst};
     for (std::size_t p = 0; p < check.parts.size(); ++p) {
       const bool tested = p != worst && !changed.contains(check.parts[p].block);
@@ -275,6 +284,7 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
         found.or_else.push_back(p);
     }
     changed.insert(check.parts[worst].block);
+    degrees -= check.parts[worst].degrees;
     check.changed.push_back(std::move(found));
     current = std::move(*best);
   }

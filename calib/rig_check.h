@@ -20,6 +20,7 @@
 // which has to reach the non-centrality that the test above wants.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,6 +54,9 @@ struct RigCheck {
   double redundancy = 0;            // of the observations against the rig; correlated ones count as one
   std::vector<PartCheck> parts;     // every one that was tested, in the order of the rig
   std::vector<PartChange> changed;  // the most obvious first
+  // By group of LEDs, how many times as much they scatter as at the calibration; 1 and less are left out.
+  std::map<std::string, double> noisier = {};
+  double probability = 1;  // of a square sum as large as what is left once the changed parts are free
   bool valid() const { return changed.empty(); }
 };
 

@@ -13,7 +13,7 @@ PosedRig posed_rig(const Rig& rig, const std::vector<std::pair<std::string, Cons
     const std::string& reason = check.error().message;
     return {true, {{"not_checked", reason}}, fmt::format("whether the rig still holds was not tested: {}\n", reason)};
   }
-  PosedRig result{check->valid(), rig_check_json(*check), ""};
+  PosedRig result{check->valid(), rig_check_json(*check), unexplained_text(*check)};
   for (const PartChange& change : check->changed) {
     const PartCheck& part = check->parts[change.part];
     result.text +=

@@ -13,7 +13,7 @@ namespace crumple {
 struct PosedRig {
   bool holds = true;        // as far as anything tells
   nlohmann::json document;  // docs/formats.md, `rig_check`
-  std::string text;         // a line per change, or why nothing tells; empty where the rig holds
+  std::string text;         // a line per change and on what none explains, or why nothing tells
 };
 
 PosedRig posed_rig(const Rig& rig, const std::vector<std::pair<std::string, Constellation>>& stations);

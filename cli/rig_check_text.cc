@@ -19,6 +19,26 @@ nlohmann::json number_or_null(const std::optional<double>& number) {
 
 }  // namespace
 
+std::string unexplained_text(const RigCheck& check) {
+  constexpr double kTold = 1.5, kByChance = 1e-3;
+  std::string text;
+  for (const auto& [group, factor] : check.noisier) {
+    if (factor < kTold) continue;
+    text += fmt::format(
+        "{} scatter {:.1f} times as much as at the calibration, which was taken for noise: what is stated of poses is "
+        "by "
+        "the calibration's, and so too small by as much\n",
+        group, factor);
+  }
+  if (check.probability < kByChance) {
+    text += fmt::format(
+        "the LEDs and boards fit the rig less well than noise alone would have it (p = {:.1g}), and no single change "
+        "explains it\n",
+        check.probability);
+  }
+  return text;
+}
+
 std::string rig_check_text(const RigCheck& check) {
   std::string text =
       fmt::format("rig: {}, {} parts tested; chi-square {:.0f} of {:.0f} with all of them unchanged\n",
@@ -32,6 +52,7 @@ std::string rig_check_text(const RigCheck& check) {
                           check.parts[other].how_far);
     }
   }
+  text += unexplained_text(check);
   for (const PartCheck& part : check.parts) {
     if (part.would_show_mm) text += fmt::format("  {}: a change shows from {} on\n", part.name, limit_text(part));
   }
@@ -52,6 +73,8 @@ nlohmann::json rig_check_json(const RigCheck& check) {
   nlohmann::json document{{"valid", check.valid()},
                           {"chi_square", check.square_sum},
                           {"redundancy", check.redundancy},
+                          {"probability", check.probability},
+                          {"noisier", check.noisier},
                           {"parts", nlohmann::json::array()},
                           {"changed", nlohmann::json::array()}};
   for (std::size_t p = 0; p < check.parts.size(); ++p) document["parts"].push_back(part_json(p));

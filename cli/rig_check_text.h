@@ -9,6 +9,9 @@
 
 namespace crumple {
 
+// Lines on what does not belong to a part: LEDs that scatter more than at the calibration, and what no change explains.
+std::string unexplained_text(const RigCheck& check);
+
 std::string rig_check_text(const RigCheck& check);
 nlohmann::json rig_check_json(const RigCheck& check);
 

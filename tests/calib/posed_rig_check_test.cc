@@ -68,6 +68,8 @@ TEST(PosedRigCheck, FindsNothingWhereNothingChanged) {
     const auto check = check_posed_rig(calibrated_before(), posed_stations(seed, nullptr), 1);
     ASSERT_TRUE(check) << check.error().message;
     EXPECT_TRUE(check->valid()) << seed;
+    EXPECT_GT(check->probability, 1e-4) << seed;
+    for (const auto& [group, factor] : check->noisier) EXPECT_LT(factor, 1.5) << group;
   }
 }
 
@@ -77,6 +79,10 @@ TEST(PosedRigCheck, NoisierReadingsThanAtTheCalibrationAreNoChange) {
     const auto check = check_posed_rig(calibrated_before(), posed_stations(seed, nullptr, 0, 0.15), 1);
     ASSERT_TRUE(check) << check.error().message;
     EXPECT_TRUE(check->valid()) << seed;
+    // 0.05 px at the calibration.
+    ASSERT_EQ(check->noisier.size(), 3U);
+    for (const auto& [group, factor] : check->noisier) EXPECT_NEAR(factor, 3, 1) << group;
+    EXPECT_GT(check->probability, 1e-4);
   }
 }
 
