@@ -251,7 +251,7 @@ TEST_P(DamagedRig, IsRefusedNamingFileAndPlace) {
 }
 
 INSTANTIATE_TEST_SUITE_P(RigFile, DamagedRig,
-                         testing::Values(Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/4", "schema"},
+                         testing::Values(Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/5", "schema"},
                                          Damage{"rig.yaml", "crumple-rig/1", "crumple-rig/3\nscale_lacks: []",
                                                 "scale_lacks: must say something"},
                                          Damage{"rig.yaml", "length: mm", "length: m", "units.length"},
