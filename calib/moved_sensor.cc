@@ -362,15 +362,22 @@ std::optional<Explanation> explanation(const CalibrationData& data, const Calibr
 
 bool is_on_probe(const Rig& rig, const Split& split) { return rig.sensors[split.sensor].mount == Mount::probe; }
 
+constexpr const char* kStoodElsewhere = "stood elsewhere";
+
+std::string clause_of(const std::string& sensor, const char* how, const std::string& first_station,
+                      const Vector6d& step) {
+  return fmt::format("{} {} from station {} on (by {:.3g} mm and {:.3g} deg)", sensor, how, first_station,
+                     step.tail<3>().norm(), step.head<3>().norm() * kDegreesPerRad);
+}
+
 // Of what explains equally much, the trackers first.
 std::string sentence_of(const std::vector<Explanation>& equally_good, const std::vector<Split>& too_few_stations,
                         const Rig& rig, const std::vector<std::string>& station_names) {
   std::vector<std::string> moves;
   for (const Explanation& one : equally_good) {
-    moves.push_back(fmt::format(
-        "{} {} from station {} on (by {:.3g} mm and {:.3g} deg)", rig.sensors[one.split.sensor].name,
-        is_on_probe(rig, one.split) ? "came loose from the LEDs" : "stood elsewhere",
-        station_names[one.split.first_station], one.step.tail<3>().norm(), one.step.head<3>().norm() * kDegreesPerRad));
+    const char* const how = is_on_probe(rig, one.split) ? "came loose from the LEDs" : kStoodElsewhere;
+    moves.push_back(
+        clause_of(rig.sensors[one.split.sensor].name, how, station_names[one.split.first_station], one.step));
   }
   for (const Split& split : too_few_stations) {
     moves.push_back(
@@ -388,6 +395,10 @@ std::string sentence_of(const std::vector<Explanation>& equally_good, const std:
 }
 
 }  // namespace
+
+std::string moved_clause(const std::string& sensor, const std::string& first_station, const Vector6d& step) {
+  return clause_of(sensor, kStoodElsewhere, first_station, step);
+}
 
 std::optional<MovedSensor> find_moved_sensor(const CalibrationData& data, const Calibration& calibration, int threads) {
   const Rig& rig = calibration.bundle.state.rig;

@@ -31,6 +31,9 @@ struct MovedSensor {
   std::string sentence;
 };
 
+// "track1 stood elsewhere from station door_4 on (by 1.2 mm and 0.09 deg)".
+std::string moved_clause(const std::string& sensor, const std::string& first_station, const Vector6d& step);
+
 // A tracker. None where nothing was moved, where a camera on the probe was and no tracker explains nearly as much, and
 // where LEDs are not seen from three stations on both sides. Stations in the order of their numbers are taken to be in
 // that of time.

@@ -7,45 +7,21 @@
 namespace crumple {
 namespace {
 
-struct LedCount {
-  int read = 0;
-  int left_out = 0;
-  bool changed() const { return 2 * left_out > read; }
-};
-
 struct PosedReading {
   std::size_t station = 0;  // of those that count
   std::size_t sensor = 0, led = 0;
   Eigen::Vector2d pixel;
-  bool used = true;
 };
 
 std::vector<PosedReading> readings_of(const Rig& rig, const Constellation& where, std::size_t station) {
   std::vector<PosedReading> readings;
-  std::size_t residual = 0;
   for (const LedReading& reading : where.readings) {
     for (std::size_t i = 0; i < reading.view.leds.size(); ++i) {
       const std::size_t led = reading.view.leds[i];
       if (rig.leds[led].mount != Mount::probe) continue;
-      readings.push_back(
-          {station, reading.view.sensor, led, reading.view.pixels[i], where.pose.residuals[residual++].used});
+      readings.push_back({station, reading.view.sensor, led, reading.view.pixels[i]});
     }
   }
-  return readings;
-}
-
-// Without those that were misread.
-std::vector<PosedReading> telling(std::vector<PosedReading> readings) {
-  std::map<std::size_t, LedCount> by_sensor, by_led;
-  for (const PosedReading& reading : readings) {
-    for (LedCount* count : {&by_sensor[reading.sensor], &by_led[reading.led]}) {
-      ++count->read;
-      count->left_out += reading.used ? 0 : 1;
-    }
-  }
-  std::erase_if(readings, [&](const PosedReading& reading) {
-    return !reading.used && !by_sensor[reading.sensor].changed() && !by_led[reading.led].changed();
-  });
   return readings;
 }
 
@@ -83,7 +59,6 @@ Expected<RigCheck> check_posed_rig(const Rig& rig, const std::vector<std::pair<s
     data.station_names.push_back(name);
   }
   if (data.station_names.empty()) return fail("at no station do the LEDs alone tell the pose");
-  readings = telling(std::move(readings));
   const std::map<std::size_t, std::size_t> numbers = add_trackers(rig, readings, data);
   for (const PosedReading& reading : readings) {
     std::vector<LedView>& views = data.observations.leds;
@@ -95,6 +70,19 @@ Expected<RigCheck> check_posed_rig(const Rig& rig, const std::vector<std::pair<s
     views.back().pixels.push_back(reading.pixel);
   }
   return check_rig(data, {.rig = rig}, threads);
+}
+
+std::vector<MisfittingStation> misfitting_stations(const Rig& rig,
+                                                   const std::vector<std::pair<std::string, Constellation>>& stations,
+                                                   const NoiseFactors& noisier) {
+  constexpr double kFalseAlarm = 1e-3;
+  std::vector<MisfittingStation> found;
+  for (const auto& [name, where] : stations) {
+    const auto misfit = pose_misfit(rig, used_readings(rig, where), where.pose.world_from_probe, noisier);
+    if (!misfit || misfit->probability * static_cast<double>(stations.size()) > kFalseAlarm) continue;
+    found.push_back({name, *misfit});
+  }
+  return found;
 }
 
 }  // namespace crumple

@@ -1,8 +1,5 @@
 // Does the rig that stations were posed with still hold? check_rig() (calib/rig_check.h) on what their poses were made
-// of: the pixels of the probe's LEDs in the trackers.
-//
-// A pose leaves out the readings that contradict most others. One by one they are misread; where they are most of what
-// was read of a tracker, or of an LED, over all stations, it is that which changed, and they count here.
+// of: the pixels of the probe's LEDs in the trackers, those that poses left out among them.
 //
 // Stations whose pixels leave several poses say nothing of the rig and are passed over, and so are references in the
 // room, since scale bars lie elsewhere each time.
@@ -13,6 +10,7 @@
 #include <vector>
 
 #include "calib/rig_check.h"
+#include "calib/station_poses.h"
 #include "tracking/constellation.h"
 
 namespace crumple {
@@ -21,5 +19,17 @@ namespace crumple {
 // left to tell.
 Expected<RigCheck> check_posed_rig(const Rig& rig, const std::vector<std::pair<std::string, Constellation>>& stations,
                                    int threads);
+
+// A station whose own LEDs contradict each other: its pose is not to be trusted, whatever the rig.
+struct MisfittingStation {
+  std::string name;
+  PoseMisfit misfit;
+};
+
+// Those less likely by chance than 1 in 1000 over all stations, `noisier` as the check found. Each by what its pose was
+// made of; readings that were left out one by one do not count.
+std::vector<MisfittingStation> misfitting_stations(const Rig& rig,
+                                                   const std::vector<std::pair<std::string, Constellation>>& stations,
+                                                   const NoiseFactors& noisier);
 
 }  // namespace crumple

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "calib/correlation.h"
+#include "calib/moved_sensor.h"
 #include "calib/rig_prior.h"
 #include "calib/rig_truth.h"
 #include "calib/start_from_rig.h"
@@ -18,7 +20,7 @@
 namespace crumple {
 namespace {
 
-constexpr double kFalseAlarm = 1e-3;  // over all parts together
+constexpr double kFalseAlarm = 1e-3;  // over all parts together, and over all groups
 constexpr double kThere = 0.1;        // of the distance
 constexpr double kSeen = 0.8;         // probability that a change of the stated size shows
 constexpr double kVague = 1e4;        // of variances: no change of the rig contradicts it
@@ -38,10 +40,17 @@ std::optional<double> shortest_seen(const Eigen::MatrixXd& information, double n
   return least > 0 ? std::optional(std::sqrt(noncentrality / least)) : std::nullopt;
 }
 
-// Schwarz's criterion: a part with more parameters has to explain more. A lens can stand in for a turned mount.
-double score(const PartCheck& part, double observations) {
-  return part.gain - std::log(std::max(observations, 2.0)) * part.degrees;
+// Probability that a sigma told by so many degrees of freedom comes out so many times as large as it is.
+double exceeded_by_chance(double times, double redundancy) {
+  const int degrees = static_cast<int>(std::lround(redundancy));
+  return degrees > 0 ? chi_square_tail(times * times * redundancy, degrees) : 1;
 }
+
+// Schwarz's criterion: a part with more parameters has to explain more. A lens can stand in for a turned mount.
+double score(double gain, int degrees, double observations) {
+  return gain - std::log(std::max(observations, 2.0)) * degrees;
+}
+double score(const PartCheck& part, double observations) { return score(part.gain, part.degrees, observations); }
 
 // `views`: of all observations, those of stripes in the order of `all`.
 std::vector<StripeView> accepted_stripes(const std::vector<StripeView>& all, const std::vector<ViewSummary>& views) {
@@ -62,12 +71,97 @@ std::vector<StripeView> accepted_stripes(const std::vector<StripeView>& all, con
   return kept;
 }
 
+struct LedCount {
+  int read = 0;
+  int left_out = 0;
+  bool changed() const { return 2 * left_out > read; }
+};
+
+// Without readings that fit no rig of the kind; but where that is most of what a tracker read at a station, or of what
+// was read of a tracker or an LED, it is that which changed. `views` as above.
+std::vector<LedView> telling_leds(const std::vector<LedView>& all, const std::vector<ViewSummary>& views) {
+  std::vector<const ViewSummary*> summaries;
+  for (const ViewSummary& summary : views) {
+    if (summary.kind == View::Kind::leds) summaries.push_back(&summary);
+  }
+  std::map<std::size_t, LedCount> by_view, by_sensor, by_led;
+  for (std::size_t v = 0; v < all.size(); ++v) {
+    for (std::size_t i = 0; i < all[v].leds.size(); ++i) {
+      for (LedCount* count : {&by_view[v], &by_sensor[all[v].sensor], &by_led[all[v].leds[i]]}) {
+        ++count->read;
+        count->left_out += summaries[v]->inlier[i] ? 0 : 1;
+      }
+    }
+  }
+  std::vector<LedView> kept;
+  for (std::size_t v = 0; v < all.size(); ++v) {
+    LedView view = all[v];
+    view.leds.clear();
+    view.pixels.clear();
+    for (std::size_t i = 0; i < all[v].leds.size(); ++i) {
+      const std::size_t led = all[v].leds[i];
+      const bool changed = by_view[v].changed() || by_sensor[view.sensor].changed() || by_led[led].changed();
+      if (!summaries[v]->inlier[i] && !changed) continue;
+      view.leds.push_back(led);
+      view.pixels.push_back(all[v].pixels[i]);
+    }
+    if (!view.leds.empty()) kept.push_back(std::move(view));
+  }
+  return kept;
+}
+
+// The noise of groups, of moved sensors as before their move.
+std::map<std::string, double> with_moved(std::map<std::string, double> sigma_px, const std::vector<SensorSpec>& sensors,
+                                         const Rig& rig) {
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    if (!sensors[s].lens_of) continue;
+    for (const View::Kind kind : {View::Kind::leds, View::Kind::corners}) {
+      const auto before = sigma_px.find(group_name(rig, *sensors[s].lens_of, kind));
+      if (before != sigma_px.end()) sigma_px.emplace(group_name(rig, s, kind), before->second);
+    }
+  }
+  return sigma_px;
+}
+
+// A tracker that stands elsewhere from a station on.
+struct Move {
+  std::size_t sensor = 0;
+  std::size_t first_station = 0;
+};
+
+// The tracker as two, the second with the lens of the first, and a third one for what was seen nobody knows when, where
+// there is any.
+CalibrationData with_move(CalibrationData data, const Move& move) {
+  const std::size_t later = data.sensors.size(), untold = later + 1;
+  const auto reassign = [&](std::size_t& sensor, const std::optional<std::size_t>& station) {
+    if (sensor != move.sensor || (station && *station < move.first_station)) return;
+    sensor = station ? later : untold;
+  };
+  bool any_untold = false;
+  for (CornerView& view : data.observations.corners) {
+    reassign(view.sensor, std::nullopt);
+    any_untold = any_untold || view.sensor == untold;
+  }
+  for (LedView& view : data.observations.leds) {
+    reassign(view.sensor, view.station);
+    any_untold = any_untold || view.sensor == untold;
+  }
+  SensorSpec moved = data.sensors[move.sensor];
+  const std::string name = moved.name;
+  if (!moved.lens_of) moved.lens_of = move.sensor;
+  moved.name = name + " later";
+  data.sensors.push_back(moved);
+  moved.name = name + " untold";
+  if (any_untold) data.sensors.push_back(moved);
+  return data;
+}
+
 class Checker {
  public:
   Checker(const CalibrationData& data, const EarlierRig& earlier, CalibrationState start, int threads)
       : data_(data), earlier_(earlier), start_(std::move(start)) {
     options_.reject_outliers = false;
-    options_.known_sigma_px = earlier.rig.sigma_px;
+    options_.known_sigma_px = with_moved(earlier.rig.sigma_px, data.sensors, start_.rig);
     options_.estimate_known_sigmas = false;
     options_.estimate_warp = true;
     options_.threads = threads;
@@ -76,8 +170,8 @@ class Checker {
   // Boards are bent, or flat where too little of them is seen to tell.
   void settle_warp() { options_.estimate_warp = refine_without({}).has_value(); }
 
-  // What no rig of the kind explains says nothing of a change: stripes' readings that are errors of decoding, and LEDs'
-  // noise beyond what the rig knows.
+  // What no rig of the kind explains says nothing of a change: stripes' readings that are errors of decoding, LEDs that
+  // were misread, and their noise beyond what the rig knows.
   Expected<void> look_without_the_rig() {
     if (data_.observations.stripes.empty() && data_.observations.leds.empty()) return {};
     Rig vague = earlier_.rig;
@@ -92,13 +186,15 @@ class Checker {
     options.freed = known->freed;
     const auto bundle = refine(start_, data_.observations, options);
     if (!bundle) return tl::unexpected(bundle.error());
+    const auto groups = static_cast<double>(bundle->groups.size());
     data_.observations.stripes = accepted_stripes(data_.observations.stripes, bundle->views);
+    data_.observations.leds = telling_leds(data_.observations.leds, bundle->views);
     for (const GroupSummary& group : bundle->groups) {
       if (group.kind != View::Kind::leds || !group.sigma_estimated) continue;
       const auto known_px = options_.known_sigma_px.find(group_name(start_.rig, group.sensor, group.kind));
       if (known_px == options_.known_sigma_px.end()) continue;
       const double noisier = std::clamp(group.sigma_px / known_px->second, 1.0, kMostNoise);
-      if (noisier > 1) noisier_[known_px->first] = noisier;
+      if (exceeded_by_chance(noisier, group.redundancy) < kFalseAlarm / groups) noisier_[known_px->first] = noisier;
       known_px->second *= noisier;
     }
     return {};
@@ -115,20 +211,36 @@ class Checker {
   }
 
   // With some blocks unknown beforehand.
-  Expected<Refined> refine_without(const std::set<BlockId>& changed) {
-    const auto known = rig_prior(earlier_.rig, start_, data_.observations, changed);
-    if (!known) return tl::unexpected(known.error());
-    BundleOptions options = options_;
-    options.priors = {known->prior};
-    options.held = known->held;
-    options.freed = known->freed;
-    options.freed.insert(changed.begin(), changed.end());
-    for (const BlockId& block : changed) options.held.erase(block);
-    auto bundle = refine(start_, data_.observations, options);
-    if (!bundle) return tl::unexpected(bundle.error());
-    const double sum = known->prior.evaluate(bundle->state).residuals.squaredNorm() + square_sum(*bundle);
-    return Refined{std::move(*bundle), sum, known->prior};
+  Expected<Refined> refine_without(const std::set<BlockId>& changed) const {
+    return refine_under_rig(start_, data_.observations, options_, changed);
   }
+
+  // With a tracker at two places.
+  Expected<Refined> refine_moved(const Move& move) const {
+    const CalibrationData data = with_move(data_, move);
+    const auto start = start_from_rig(data, earlier_.rig, earlier_.board_scales);
+    if (!start) return tl::unexpected(start.error());
+    BundleOptions options = options_;
+    options.known_sigma_px = with_moved(options.known_sigma_px, data.sensors, start->rig);
+    return refine_under_rig(*start, data.observations, options, {});
+  }
+
+  // By trackers and stations, those that both sides of the move are read from.
+  std::vector<Move> possible_moves() const {
+    std::map<std::size_t, std::set<std::size_t>> stations;
+    for (const LedView& view : data_.observations.leds) {
+      if (view.station && data_.sensors[view.sensor].mount == Mount::world) stations[view.sensor].insert(*view.station);
+    }
+    std::vector<Move> moves;
+    for (const auto& [sensor, seen] : stations) {
+      for (const std::size_t station : seen) {
+        if (station != *seen.begin()) moves.push_back({sensor, station});
+      }
+    }
+    return moves;
+  }
+
+  const CalibrationData& data() const { return data_; }
 
   const std::map<std::string, double>& noisier() const { return noisier_; }
 
@@ -203,6 +315,21 @@ class Checker {
     if (turn_rad) part.would_show_deg = *turn_rad * kDegrees;
   }
 
+  Expected<Refined> refine_under_rig(const CalibrationState& start, const Observations& observations,
+                                     BundleOptions options, const std::set<BlockId>& changed) const {
+    const auto known = rig_prior(earlier_.rig, start, observations, changed);
+    if (!known) return tl::unexpected(known.error());
+    options.priors = {known->prior};
+    options.held = known->held;
+    options.freed = known->freed;
+    options.freed.insert(changed.begin(), changed.end());
+    for (const BlockId& block : changed) options.held.erase(block);
+    auto bundle = refine(start, observations, options);
+    if (!bundle) return tl::unexpected(bundle.error());
+    const double sum = known->prior.evaluate(bundle->state).residuals.squaredNorm() + square_sum(*bundle);
+    return Refined{std::move(*bundle), sum, known->prior};
+  }
+
   double square_sum(const BundleResult& bundle) const {
     double sum = 0;
     for (const ViewSummary& view : bundle.views) {
@@ -234,26 +361,34 @@ class Checker {
     return on_mount > 1 ? fmt::format("the place of {}", sensor.name) : "";
   }
 
-  CalibrationData data_;
+  CalibrationData data_;  // what tells of the rig
   const EarlierRig& earlier_;
   CalibrationState start_;
   BundleOptions options_;
   std::map<std::string, double> noisier_;  // by group
 };
 
-}  // namespace
-
-Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earlier, int threads) {
-  auto start = start_from_rig(data, earlier.rig, earlier.board_scales);
+Expected<Checker> look_at(const CalibrationData& data, const EarlierRig& known, int threads) {
+  auto start = start_from_rig(data, known.rig, known.board_scales);
   if (!start) return tl::unexpected(start.error());
-  const EarlierRig known{.rig = without_bars(earlier.rig, data), .board_scales = earlier.board_scales};
   Checker checker(data, known, std::move(*start), threads);
   checker.settle_warp();
   if (auto done = checker.look_without_the_rig(); !done) return tl::unexpected(done.error());
-  auto current = checker.refine_unchanged();
-  if (!current) return tl::unexpected(current.error());
-  RigCheck check{current->square_sum, checker.redundancy(*current), checker.parts(*current), {}, checker.noisier()};
-  double degrees = check.redundancy;
+  return checker;
+}
+
+// What changed from one calibration to the next, as far as parts are concerned.
+struct TestedParts {
+  RigCheck check;
+  double explained = 0;  // by the changes, of the sum of squares
+  int degrees = 0;       // that they took
+  bool sound() const { return check.changed.empty() && check.noisier.empty() && check.probability >= kFalseAlarm; }
+};
+
+TestedParts test_parts(const Checker& checker, Refined current) {
+  const double unchanged = current.square_sum;
+  RigCheck check{unchanged, checker.redundancy(current), checker.parts(current), {}, checker.noisier()};
+  int degrees = 0;
   std::set<BlockId> changed;
   for (;;) {
     std::size_t worst = 0;
@@ -265,7 +400,7 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
       freed.insert(part.block);
       auto refined = checker.refine_without(freed);
       if (!refined) continue;  // the observations do not determine it: nothing is tested then
-      part.gain = std::max(0.0, current->square_sum - refined->square_sum);
+      part.gain = std::max(0.0, current.square_sum - refined->square_sum);
       part.probability = chi_square_tail(part.gain, part.degrees);
       checker.describe(*refined, part);
       if (part.probability > kFalseAlarm / static_cast<double>(check.parts.size())) continue;
@@ -273,10 +408,7 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
       worst = p;
       best = std::move(*refined);
     }
-    if (!best) {
-      check.probability = chi_square_tail(current->square_sum, std::max(1, static_cast<int>(std::ceil(degrees))));
-      return check;
-    }
+    if (!best) break;
     PartChange found{worst};
     for (std::size_t p = 0; p < check.parts.size(); ++p) {
       const bool tested = p != worst && !changed.contains(check.parts[p].block);
@@ -284,10 +416,81 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
         found.or_else.push_back(p);
     }
     changed.insert(check.parts[worst].block);
-    degrees -= check.parts[worst].degrees;
+    degrees += check.parts[worst].degrees;
     check.changed.push_back(std::move(found));
     current = std::move(*best);
   }
+  const double left = check.redundancy - degrees;
+  check.probability = chi_square_tail(current.square_sum, std::max(1, static_cast<int>(std::ceil(left))));
+  return {std::move(check), unchanged - current.square_sum, degrees};
+}
+
+struct TestedMove {
+  Move move;
+  double score = 0;
+  Vector6d step = Vector6d::Zero();
+};
+
+// Of each tracker the likeliest that is less likely by chance than over all moves together, the likeliest of all first.
+std::vector<TestedMove> test_moves(const Checker& checker, const Refined& unchanged) {
+  const double redundancy = checker.redundancy(unchanged);
+  const std::vector<Move> moves = checker.possible_moves();
+  std::map<std::size_t, TestedMove> best;
+  for (const Move& move : moves) {
+    const auto refined = checker.refine_moved(move);
+    if (!refined) continue;  // not determined
+    const auto& sensors = refined->bundle.state.rig.sensors;
+    const std::size_t later = checker.data().sensors.size();
+    const int degrees = 6 * static_cast<int>(sensors.size() - later);
+    const double gain = std::max(0.0, unchanged.square_sum - refined->square_sum);
+    if (chi_square_tail(gain, degrees) > kFalseAlarm / static_cast<double>(moves.size())) continue;
+    const TestedMove tested{move, score(gain, degrees, redundancy),
+                            local_step(sensors[move.sensor].sensor_from_mount, sensors[later].sensor_from_mount)};
+    const auto [known, is_new] = best.emplace(move.sensor, tested);
+    if (!is_new && tested.score > known->second.score) known->second = tested;
+  }
+  std::vector<TestedMove> found;
+  for (const auto& [sensor, tested] : best) found.push_back(tested);
+  std::stable_sort(found.begin(), found.end(),
+                   [](const TestedMove& a, const TestedMove& b) { return a.score > b.score; });
+  return found;
+}
+
+MovedMeanwhile told(const std::vector<TestedMove>& as_good, const CalibrationData& data) {
+  MovedMeanwhile moved;
+  std::vector<std::string> clauses;
+  for (const TestedMove& tested : as_good) {
+    const std::string& name = data.sensors[tested.move.sensor].name;
+    moved.trackers.push_back(name);
+    clauses.push_back(moved_clause(name, data.station_names[tested.move.first_station], tested.step));
+  }
+  moved.first_station = as_good.front().move.first_station;
+  moved.what = fmt::format("{}{}", clauses.size() > 1 ? "either " : "", fmt::join(clauses, " or "));
+  return moved;
+}
+
+}  // namespace
+
+Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earlier, int threads) {
+  const EarlierRig known{.rig = without_bars(earlier.rig, data), .board_scales = earlier.board_scales};
+  auto checker = look_at(data, known, threads);
+  if (!checker) return tl::unexpected(checker.error());
+  const auto unchanged = checker->refine_unchanged();
+  if (!unchanged) return tl::unexpected(unchanged.error());
+  TestedParts tested = test_parts(*checker, *unchanged);
+  if (tested.sound()) return std::move(tested.check);
+  std::vector<TestedMove> moves = test_moves(*checker, *unchanged);
+  const double by_parts = score(tested.explained, tested.degrees, tested.check.redundancy);
+  if (moves.empty() || moves.front().score < by_parts + kAsGood) return std::move(tested.check);
+  std::erase_if(moves, [&](const TestedMove& move) { return move.score < moves.front().score - kAsGood; });
+  const CalibrationData at_two_places = with_move(data, moves.front().move);
+  auto rest = look_at(at_two_places, known, threads);
+  const auto otherwise_unchanged = rest ? rest->refine_unchanged() : Expected<Refined>(tl::unexpected(rest.error()));
+  RigCheck check = std::move(tested.check);
+  check.changed.clear();  // too little is left to tell what else did
+  if (otherwise_unchanged) check = test_parts(*rest, *otherwise_unchanged).check;
+  check.moved = told(moves, data);
+  return check;
 }
 
 }  // namespace crumple

@@ -42,6 +42,14 @@ void CloudUncertainty::add_tracked(const std::string& station, const StationPose
   add_station({station, pose}, *d_rig, where.constellation.pose.covariance, poses_);
 }
 
+void CloudUncertainty::restate(const std::string& station, const Matrix6d& covariance) {
+  for (std::size_t s = 0; s < poses_.stations.size(); ++s) {
+    if (poses_.stations[s].name != station) continue;
+    const auto row = 6 * static_cast<Eigen::Index>(s);
+    poses_.covariance.block<6, 6>(row, row) = covariance;
+  }
+}
+
 void CloudUncertainty::add_untracked(const std::string& station) {
   if (!refusal_.empty()) return;
   const auto rows = static_cast<Eigen::Index>(rig_.covariance.names.size());

@@ -31,6 +31,8 @@ class CloudUncertainty {
 
   // A station that was posed by its LEDs, or whose probe frame is the cloud's.
   void add_tracked(const std::string& station, const StationPose& where);
+  // What LED pixels leave open of a station's pose, where that turned out to be more than was taken for it.
+  void restate(const std::string& station, const Matrix6d& covariance);
   void add_untracked(const std::string& station);
   // A view of the station added last; returns its index. To be told once, when its points are known.
   std::uint16_t next_view() const { return static_cast<std::uint16_t>(poses_.views.size()); }

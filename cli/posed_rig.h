@@ -3,6 +3,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -14,7 +16,13 @@ struct PosedRig {
   bool holds = true;        // as far as anything tells
   nlohmann::json document;  // docs/formats.md, `rig_check`
   std::string text;         // a line per change and on what none explains, or why nothing tells
+  std::vector<MisfittingStation> misfits =
+      {};  // where the rig holds: stations whose poses are not to be trusted, which `text` names
+  NoiseFactors noisier = {};
 };
+
+// What the LED pixels leave open of a pose, by the noise that they turned out to have.
+Matrix6d restated_covariance(const Rig& rig, const Constellation& where, const NoiseFactors& noisier);
 
 PosedRig posed_rig(const Rig& rig, const std::vector<std::pair<std::string, Constellation>>& stations);
 

@@ -72,6 +72,15 @@ void Reconstructor::add(const std::string& station, const SensorPair& pair) {
   uncertainty.add_view(pair.camera, pair.projector, parts->front().orientations);
 }
 
+void Reconstructor::hold_against(const Rig& calibrated) {
+  if (posed_.empty()) return;
+  reconstruction.rig = posed_rig(calibrated, posed_);
+  if (!refined_.empty()) return;  // sigmas were told anew there
+  for (const auto& [station, where] : posed_) {
+    uncertainty.restate(station, restated_covariance(rig_, where, reconstruction.rig.noisier));
+  }
+}
+
 Expected<void> Reconstructor::finish() {
   for (NamedCloud& named : clouds) {
     AssembledCloud assembled = named.assembly.finish();

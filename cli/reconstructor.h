@@ -57,9 +57,6 @@ class Reconstructor {
   Reconstructor(const Capture& capture, const Rig& rig, const ReconstructorOptions& options,
                 std::vector<ComparedRig> compared_rigs, std::size_t stations);
 
-  // The stations that it went to, as their LEDs pose them; of a probe that is tracked by pixels.
-  const std::vector<std::pair<std::string, Constellation>>& posed() const { return posed_; }
-
   // Where stations are, if that is known better than by each one's LEDs.
   void place(std::map<std::string, StationPose> refined) { refined_ = std::move(refined); }
 
@@ -69,7 +66,11 @@ class Reconstructor {
   // One camera's view with the projector that showed the patterns there. What fails is noted in `reconstruction`.
   void add(const std::string& station, const SensorPair& pair);
 
-  // After the last add(): the clouds, the main one with its uncertainty. Fails where cleaning left nothing of a cloud.
+  // After the last add(): whether the rig that was calibrated holds at the stations, of a probe that is tracked by
+  // pixels, and what that makes of the stations' uncertainty.
+  void hold_against(const Rig& calibrated);
+
+  // After that: the clouds, the main one with its uncertainty. Fails where cleaning left nothing of a cloud.
   Expected<void> finish();
 
   // After finish(): what cameras that see no patterns, such as thermal ones, show at each point of the main cloud.
@@ -92,8 +93,8 @@ class Reconstructor {
   bool tracked_;
   NearPoses near_;
   std::map<std::string, StationPose> refined_;
-  std::map<std::string, Pose> places_;  // world_from_probe of a tracked probe
-  std::vector<std::pair<std::string, Constellation>> posed_;
+  std::map<std::string, Pose> places_;                        // world_from_probe of a tracked probe
+  std::vector<std::pair<std::string, Constellation>> posed_;  // of a probe that is tracked by pixels
   Expected<StationPose> where_ = StationPose{};
 };
 

@@ -20,23 +20,23 @@ nlohmann::json number_or_null(const std::optional<double>& number) {
 }  // namespace
 
 std::string unexplained_text(const RigCheck& check) {
-  constexpr double kTold = 1.5, kByChance = 1e-3;
+  constexpr double kByChance = 1e-3;
   std::string text;
   for (const auto& [group, factor] : check.noisier) {
-    if (factor < kTold) continue;
-    text += fmt::format(
-        "{} scatter {:.1f} times as much as at the calibration, which was taken for noise: what is stated of poses is "
-        "by "
-        "the calibration's, and so too small by as much\n",
-        group, factor);
+    text += fmt::format("{} scatter {:.2g} times as much as at the calibration, which was taken for noise\n", group,
+                        factor);
   }
-  if (check.probability < kByChance) {
+  if (check.probability < kByChance && !check.moved) {
     text += fmt::format(
         "the LEDs and boards fit the rig less well than noise alone would have it (p = {:.1g}), and no single change "
         "explains it\n",
         check.probability);
   }
   return text;
+}
+
+std::string moved_text(const MovedMeanwhile& moved) {
+  return fmt::format("moved while the images were taken: {}\n", moved.what);
 }
 
 std::string rig_check_text(const RigCheck& check) {
@@ -52,6 +52,7 @@ std::string rig_check_text(const RigCheck& check) {
                           check.parts[other].how_far);
     }
   }
+  if (check.moved) text += moved_text(*check.moved);
   text += unexplained_text(check);
   for (const PartCheck& part : check.parts) {
     if (part.would_show_mm) text += fmt::format("  {}: a change shows from {} on\n", part.name, limit_text(part));
@@ -84,6 +85,7 @@ nlohmann::json rig_check_json(const RigCheck& check) {
     for (const std::size_t other : change.or_else) entry["or_else"].push_back(check.parts[other].name);
     document["changed"].push_back(entry);
   }
+  if (check.moved) document["moved"] = check.moved->what;
   return document;
 }
 

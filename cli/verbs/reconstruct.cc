@@ -269,7 +269,7 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
     }
   }
   if (auto some = refuse_if_all_failed(work.reconstruction); !some) return tl::unexpected(some.error());
-  if (!work.posed().empty()) work.reconstruction.rig = posed_rig(calibrated, work.posed());
+  work.hold_against(calibrated);
   if (auto done = work.finish(); !done) return tl::unexpected(done.error());
   if (auto done = work.map_images(*stations); !done) return tl::unexpected(done.error());
   const auto deviations = compare_with_truth(scene, work);
@@ -277,8 +277,8 @@ Expected<VerbResult> run_reconstruct(const VerbContext& context) {
 
   VerbResult result;
   result.exit_code = work.reconstruction.failed.empty() ? ExitCode::done : ExitCode::part_of_batch_failed;
-  const bool trusted =
-      work.reconstruction.rig.holds && stations_off(work.reconstruction).empty() && setup.refusal.empty();
+  const bool trusted = work.reconstruction.rig.holds && work.reconstruction.rig.misfits.empty() &&
+                       stations_off(work.reconstruction).empty() && setup.refusal.empty();
   if (!trusted) result.exit_code = ExitCode::not_trusted;
   result.text = reconstruction_text(work.reconstruction);
   result.document = reconstruction_summary(work.reconstruction);
@@ -311,8 +311,9 @@ Verb reconstruct_verb() {
           "--stations empty: those without the board, or all where every station shows it; excluded ones never. "
           "Orientations whose stripes run along the epipolar lines are left out and named. Exit code 5 where some "
           "stations failed and the others are written; 4 where the LEDs of all stations together show that a tracker "
-          "or an LED has moved since the calibration, which is named, where a station lies off the others by more than "
-          "rig and poses allow, and where --refine_stations was refused.",
+          "or an LED has moved since the calibration or meanwhile, which is named, where those of one station "
+          "contradict each other, where a station lies off the others by more than rig and poses allow, and where "
+          "--refine_stations was refused.",
       .example =
           "$ crumple reconstruct door/capture.yaml --rig=rig --out=cloud\n"
           "door_01, cam0, weighted: 412345 points, 97.1 % of the lit pixels, median sigma 0.0301 mm\n",

@@ -153,12 +153,19 @@ Expected<VerbResult> run_track(const VerbContext& context) {
     for (const std::string& station : *stations) {
       auto found = by_pixels ? near->pose(*capture, *rig, station) : station_pose(*capture, *rig, station, *method);
       tracked.push_back({station, std::move(found)});
-      if (tracked.back().found) {
-        uncertainty.add_tracked(station, *tracked.back().found);
-        if (by_pixels) tracked.back().by_rig = pose_by_rig(*rig, tracked.back().found->constellation);
+      if (tracked.back().found && by_pixels) {
+        tracked.back().by_rig = pose_by_rig(*rig, tracked.back().found->constellation);
       }
       progress.advance();
     }
+  }
+  PosedRig posed;
+  if (!unknown && by_pixels) posed = posed_rig(*rig, constellations(tracked));
+  for (TrackedStation& station : tracked) {
+    if (!station.found) continue;
+    Constellation& where = station.found->constellation;
+    where.pose.covariance = restated_covariance(*rig, where, posed.noisier);
+    uncertainty.add_tracked(station.station, *station.found);
   }
   VerbResult result;
   result.document = track_summary(*rig, tracked, *method);
@@ -167,10 +174,9 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   if (failed == static_cast<std::ptrdiff_t>(tracked.size())) return fail("no station could be tracked\n" + result.text);
   result.exit_code = failed == 0 ? ExitCode::done : ExitCode::part_of_batch_failed;
   if (!unknown && by_pixels) {
-    const PosedRig posed = posed_rig(*rig, constellations(tracked));
     result.document["rig_check"] = posed.document;
     result.text = posed.text + result.text;
-    if (!posed.holds) result.exit_code = ExitCode::not_trusted;
+    if (!posed.holds || !posed.misfits.empty()) result.exit_code = ExitCode::not_trusted;
   }
   if (unknown) {
     tell_found_probe(of_unknown, result);
@@ -209,7 +215,8 @@ Verb track_verb() {
           "tracker allow, unless --near tells which. Poses by --pose=markers have no covariance: poses.csv is without "
           "it then, and there is no stations.yaml. Exit code 5 where some stations failed and the others are "
           "written; 4 where the LEDs of all stations together show that a tracker or an LED has moved since the "
-          "calibration, which is named, and where what was found of an unknown probe is not to be trusted.",
+          "calibration or meanwhile, which is named, where those of one station contradict each other, and where what "
+          "was found of an unknown probe is not to be trusted.",
       .example =
           "$ crumple track door/capture.yaml --rig=rig --out=poses\n"
           "door_1: 10 readings, 0 left out, chi-square 14.2 of 14; sigma 0.021 deg, 0.32 mm by LEDs, "

@@ -12,10 +12,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "datasets/capture.h"
 #include "datasets/cloud_file.h"
 #include "datasets/pose_csv.h"
+#include "datasets/rig_file.h"
 #include "solvers/distribution_tails.h"
 #include "tests/cli/program.h"
 
@@ -129,11 +132,9 @@ TEST(TrackedScanVerbs, ReconstructMergesStationsIntoOneCloudOfTheRoom) {
   EXPECT_FALSE(cloud.shares.empty());
 }
 
-// LEDs that were all read after a push, each as often as the next: only the surface tells.
-TEST(TrackedScanVerbs, AStationThatLiesOffTheOthersIsNamed) {
+// A capture of door_1 and door_2, the LEDs of the latter all read after a push, each as often as the next.
+std::filesystem::path pushed_unseen(const std::filesystem::path& capture) {
   const TrackedScan& scan = TrackedScan::get();
-  const TemporaryFolder home;
-  const std::filesystem::path capture = home / "capture";
   std::filesystem::create_directory(capture);
   std::filesystem::copy(scan.capture() / "capture.yaml", capture);
   for (const char* const station : {"door_1", "door_2"}) {
@@ -144,14 +145,94 @@ TEST(TrackedScanVerbs, AStationThatLiesOffTheOthersIsNamed) {
     std::filesystem::copy(scan.capture() / "pushed" / tracker, capture / "door_2" / tracker,
                           std::filesystem::copy_options::recursive);
   }
+  return capture / "capture.yaml";
+}
+
+// Only the surface tells.
+TEST(TrackedScanVerbs, AStationThatLiesOffTheOthersIsNamed) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const std::string capture = pushed_unseen(home / "capture").string();
   const ProgramRun run =
-      run_program(fmt::format("reconstruct '{}' --rig='{}' --stations=door_1,door_2 --json --out='{}'",
-                              (capture / "capture.yaml").string(), scan.rig().string(), (home / "cloud").string()));
+      run_program(fmt::format("reconstruct '{}' --rig='{}' --stations=door_1,door_2 --json --out='{}'", capture,
+                              scan.rig().string(), (home / "cloud").string()));
   EXPECT_EQ(run.exit_code, 4) << run.err;
   const json summary = json::parse(run.out);
   ASSERT_EQ(summary["reasons"].size(), 1U) << summary["merged"];
   EXPECT_THAT(summary["reasons"][0].get<std::string>(), AllOf(HasSubstr("station door_2 lies"), HasSubstr("mm off")));
   EXPECT_TRUE(std::filesystem::exists(home / "cloud/cloud.ply"));
+}
+
+// What the surface says against the LEDs is no better than they: nothing is refined, and nobody is told it was.
+TEST(TrackedScanVerbs, ReconstructSaysWhereNothingWasRefined) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const std::string capture = pushed_unseen(home / "capture").string();
+  const ProgramRun run =
+      run_program(fmt::format("reconstruct '{}' --rig='{}' --stations=door_1,door_2 --refine_stations --out='{}'",
+                              capture, scan.rig().string(), (home / "cloud").string()));
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("not refined: stations stay where their LEDs put them, for overlap and targets "
+                                 "contradict the LEDs"));
+  const json summary = json::parse(content_of(home / "cloud/summary.json"));
+  EXPECT_THAT(summary["refined"]["refused"].get<std::string>(), HasSubstr("contradict the LEDs"));
+}
+
+// Its images shifted, as a turn by 0.006 degrees would: of two trackers one or the other.
+TEST(TrackedScanVerbs, TrackNamesTrackersOfWhichOneWasTurnedMeanwhile) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const std::filesystem::path capture = home / "capture";
+  std::filesystem::copy(scan.capture(), capture, std::filesystem::copy_options::recursive);
+  const cv::Matx23d shift(1, 0, 0.04, 0, 1, -0.04);
+  for (const char* const station : {"cal_3", "door_1", "door_2"}) {
+    for (const auto& file : std::filesystem::directory_iterator(capture / station / "tracker1")) {
+      cv::Mat image = cv::imread(file.path().string(), cv::IMREAD_UNCHANGED);
+      cv::warpAffine(image.clone(), image, shift, image.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+      ASSERT_TRUE(cv::imwrite(file.path().string(), image));
+    }
+  }
+  const ProgramRun run =
+      run_program(fmt::format("track '{}' --rig='{}' --stations=cal_1,cal_2,cal_3,door_1,door_2 --json --out='{}'",
+                              (capture / "capture.yaml").string(), scan.rig().string(), (home / "poses").string()));
+  ASSERT_EQ(run.exit_code, 4) << run.out << run.err;
+  const json summary = json::parse(run.out);
+  EXPECT_FALSE(summary["rig_check"]["valid"].get<bool>());
+  EXPECT_THAT(summary["rig_check"].value("moved", ""), HasSubstr("tracker1 stood elsewhere from station cal_3 on"))
+      << summary;
+  EXPECT_TRUE(std::filesystem::exists(home / "poses/poses.csv"));
+}
+
+// A copy of the rig as if its calibration had rejected it.
+std::filesystem::path rejected_rig(const std::filesystem::path& folder) {
+  std::filesystem::copy(TrackedScan::get().rig(), folder, std::filesystem::copy_options::recursive);
+  Rig rig = read_rig(folder).value();
+  rig.rejected = true;
+  rig.doubts = {"cam0: the focal length is known to 12.0 % only"};
+  EXPECT_TRUE(write_rig(folder, rig));
+  return folder;
+}
+
+TEST(TrackedScanVerbs, ARejectedRigIsNotUsedInSilence) {
+  const TrackedScan& scan = TrackedScan::get();
+  const TemporaryFolder home;
+  const std::string capture = (scan.capture() / "capture.yaml").string(), rig = rejected_rig(home / "rig").string();
+  const std::string cloud = (home / "reconstruct").string();
+  for (const std::string& command :
+       {fmt::format("track '{}' --rig='{}' --stations=door_1 --out='{}'", capture, rig, (home / "track").string()),
+        fmt::format("reconstruct '{}' --rig='{}' --stations=door_1 --out='{}'", capture, rig, cloud),
+        fmt::format("measure '{}' --points='{}'", cloud, (home / "points.yaml").string())}) {
+    if (command.starts_with("measure")) {
+      const Eigen::Vector3d at = read_cloud(home / "reconstruct/cloud.ply").value().points.front().position_mm;
+      write_content(home / "points.yaml", fmt::format("schema: crumple-measure/1\npoints:\n  one: {{near_mm: "
+                                                      "[{}, {}, {}], radius_mm: 4}}\n",
+                                                      at.x(), at.y(), at.z()));
+    }
+    const ProgramRun run = run_program(command);
+    EXPECT_EQ(run.exit_code, 4) << command << run.err;
+    EXPECT_THAT(run.out, HasSubstr("the rig was rejected when calibrated: cam0: the focal length is known to 12.0 %"))
+        << command;
+  }
 }
 
 TEST(TrackedScanVerbs, ReconstructPosesByMarkers) {
