@@ -27,7 +27,7 @@ class CandidateMaker {
  public:
   CandidateMaker(const CalibrationData& data, const Calibration& calibration, const ScoreTester& tester)
       : data_(data), calibration_(calibration), state_(calibration.bundle.state), tester_(tester) {
-    for (const MeasuredScale& size : measured_scales(data, calibration.bundle)) {
+    for (const MeasuredScale& size : measured_scales(data, calibration.bundle, whole_covariance(calibration))) {
       if (size.determined) measured_.insert(size.board);
     }
   }

@@ -156,10 +156,11 @@ CalibrationData newly_certified(CalibrationData data, const Rig& earlier) {
   return data;
 }
 
-// What is not to be corrected.
-std::set<BlockId> kept_blocks(const EarlierRig& earlier, const CalibrationState& start) {
+// What is not to be corrected. Bars are put down elsewhere each time: their ends are none of it.
+std::set<BlockId> kept_blocks(const CalibrationData& data, const EarlierRig& earlier, const CalibrationState& start) {
   std::set<BlockId> kept;
   if (earlier.corrected.empty()) return kept;
+  const Rig known = without_bars(earlier.rig, data);
   for (std::size_t s = 0; s < start.rig.sensors.size(); ++s) {
     const std::string& name = start.rig.sensors[s].name;
     if (!earlier.rig.find(name) || earlier.corrected.contains(name)) continue;
@@ -167,7 +168,7 @@ std::set<BlockId> kept_blocks(const EarlierRig& earlier, const CalibrationState&
     kept.insert({BlockId::Kind::mount, s});
   }
   for (std::size_t l = 0; l < start.rig.leds.size() && !earlier.corrected.contains("leds"); ++l) {
-    if (knows_led(earlier.rig, start.rig.leds[l].name)) kept.insert({BlockId::Kind::led, l});
+    if (knows_led(known, start.rig.leds[l].name)) kept.insert({BlockId::Kind::led, l});
   }
   return kept;
 }
@@ -180,7 +181,7 @@ Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlie
   options.priors.push_back(std::move(known->prior));
   options.held.insert(known->held.begin(), known->held.end());
   options.freed.insert(known->freed.begin(), known->freed.end());
-  options.held.merge(kept_blocks(earlier, start));
+  options.held.merge(kept_blocks(data, earlier, start));
   for (Prior& prior : scale_priors(newly_certified(data, earlier.rig), start)) {
     options.priors.push_back(std::move(prior));
   }
@@ -190,7 +191,8 @@ Expected<void> add_earlier(const CalibrationData& data, const EarlierRig& earlie
 // By certificates and bars or, where there are none, by what an earlier rig knows. What that lacks stays missing.
 std::optional<ScaleUncertainty> known_scale(const CalibrationData& data, const Calibration& calibration) {
   const std::optional<EarlierRig>& earlier = calibration.earlier;
-  std::optional<ScaleUncertainty> scale = scale_uncertainty(data, calibration.bundle);
+  std::optional<ScaleUncertainty> scale =
+      scale_uncertainty(data, calibration.bundle.state, whole_covariance(calibration));
   if (!earlier) return scale;
   if (!scale) scale = scale_uncertainty(rig_covariance(calibration));
   if (scale) scale->lacks = scale_lacks(newly_certified(data, earlier->rig), earlier->rig.scale_lacks);
@@ -262,7 +264,7 @@ Expected<Calibration> calibrate(const CalibrationData& data, const CalibrationOp
   add_weighting(data.observations, bundle_options, *calibration);
   calibration->earlier = options.earlier;
   if (options.earlier && !options.earlier->corrected.empty()) {
-    auto whole = covariance_with_kept(data.observations, *calibration, kept_blocks(*options.earlier, *start),
+    auto whole = covariance_with_kept(data.observations, *calibration, kept_blocks(data, *options.earlier, *start),
                                       bundle_options.threads);
     if (!whole) return tl::unexpected(whole.error());
     calibration->with_kept = std::move(*whole);

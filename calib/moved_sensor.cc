@@ -334,6 +334,7 @@ struct Explanation {
   Split split;
   double gain = 0;  // of misfit
   Vector6d step = Vector6d::Zero();
+  SensorStep told;
 };
 
 std::optional<Explanation> explanation(const CalibrationData& data, const Calibration& calibration, const Split& split,
@@ -357,7 +358,7 @@ std::optional<Explanation> explanation(const CalibrationData& data, const Calibr
   const double statistic = std::sqrt(step.dot(Vector6d(solve_symmetric(covariance, step))) / 6);
   if (!(statistic > kSignificant)) return std::nullopt;
   const double gain = misfit(before, sigmas_of(calibration.bundle)) - misfit(refined->views, sigmas_of(*refined));
-  return Explanation{split, gain, step};
+  return Explanation{split, gain, step, SensorStep(sensors[first.index], sensors[second.index])};
 }
 
 bool is_on_probe(const Rig& rig, const Split& split) { return rig.sensors[split.sensor].mount == Mount::probe; }
@@ -365,9 +366,9 @@ bool is_on_probe(const Rig& rig, const Split& split) { return rig.sensors[split.
 constexpr const char* kStoodElsewhere = "stood elsewhere";
 
 std::string clause_of(const std::string& sensor, const char* how, const std::string& first_station,
-                      const Vector6d& step) {
+                      const SensorStep& step) {
   return fmt::format("{} {} from station {} on (by {:.3g} mm and {:.3g} deg)", sensor, how, first_station,
-                     step.tail<3>().norm(), step.head<3>().norm() * kDegreesPerRad);
+                     step.place_mm, step.turn_rad * kDegreesPerRad);
 }
 
 // Of what explains equally much, the trackers first.
@@ -377,7 +378,7 @@ std::string sentence_of(const std::vector<Explanation>& equally_good, const std:
   for (const Explanation& one : equally_good) {
     const char* const how = is_on_probe(rig, one.split) ? "came loose from the LEDs" : kStoodElsewhere;
     moves.push_back(
-        clause_of(rig.sensors[one.split.sensor].name, how, station_names[one.split.first_station], one.step));
+        clause_of(rig.sensors[one.split.sensor].name, how, station_names[one.split.first_station], one.told));
   }
   for (const Split& split : too_few_stations) {
     moves.push_back(
@@ -396,7 +397,11 @@ std::string sentence_of(const std::vector<Explanation>& equally_good, const std:
 
 }  // namespace
 
-std::string moved_clause(const std::string& sensor, const std::string& first_station, const Vector6d& step) {
+SensorStep::SensorStep(const Sensor& before, const Sensor& after)
+    : place_mm((after.sensor_from_mount.inverse().translation - before.sensor_from_mount.inverse().translation).norm()),
+      turn_rad(local_step(before.sensor_from_mount, after.sensor_from_mount).head<3>().norm()) {}
+
+std::string moved_clause(const std::string& sensor, const std::string& first_station, const SensorStep& step) {
   return clause_of(sensor, kStoodElsewhere, first_station, step);
 }
 

@@ -31,8 +31,18 @@ struct MovedSensor {
   std::string sentence;
 };
 
+// How far a sensor's own centre is from where it was, in the frame of its mount, and how far it turned: unlike the
+// tangent of sensor_from_mount, it does not depend on where that frame has its origin.
+struct SensorStep {
+  SensorStep() = default;
+  SensorStep(const Sensor& before, const Sensor& after);
+
+  double place_mm = 0;
+  double turn_rad = 0;
+};
+
 // "track1 stood elsewhere from station door_4 on (by 1.2 mm and 0.09 deg)".
-std::string moved_clause(const std::string& sensor, const std::string& first_station, const Vector6d& step);
+std::string moved_clause(const std::string& sensor, const std::string& first_station, const SensorStep& step);
 
 // A tracker. None where nothing was moved, where a camera on the probe was and no tracker explains nearly as much, and
 // where LEDs are not seen from three stations on both sides. Stations in the order of their numbers are taken to be in

@@ -15,6 +15,7 @@
 #include "calib/start_from_rig.h"
 #include "solvers/decompositions.h"
 #include "solvers/distribution_tails.h"
+#include "solvers/gate.h"
 #include "solvers/parameters.h"
 
 namespace crumple {
@@ -25,6 +26,7 @@ constexpr double kThere = 0.1;        // of the distance
 constexpr double kSeen = 0.8;         // probability that a change of the stated size shows
 constexpr double kVague = 1e4;        // of variances: no change of the rig contradicts it
 constexpr double kAsGood = 9;         // of the sum of squares: 3 sigma
+constexpr double kOwnNoise = 20;      // degrees of freedom from which on a tracker's noise is told by its own readings
 constexpr double kMostNoise = 5;      // over what the rig knows; beyond it is the rig that does not fit
 constexpr double kDegrees = 180 / std::numbers::pi;
 
@@ -33,6 +35,16 @@ struct Refined {
   double square_sum = 0;
   Prior prior;
 };
+
+// By all blocks, beside each other.
+Eigen::MatrixXd whole_jacobian(const WhitenedPrior& prior) {
+  Eigen::MatrixXd whole(prior.residuals.size(), 0);
+  for (const RowMajorMatrix& block : prior.jacobians) {
+    whole.conservativeResize(Eigen::NoChange, whole.cols() + block.cols());
+    whole.rightCols(block.cols()) = block;
+  }
+  return whole;
+}
 
 // The shortest change that raises the sum of squares by `noncentrality` whatever its direction.
 std::optional<double> shortest_seen(const Eigen::MatrixXd& information, double noncentrality) {
@@ -161,7 +173,7 @@ class Checker {
   Checker(const CalibrationData& data, const EarlierRig& earlier, CalibrationState start, int threads)
       : data_(data), earlier_(earlier), start_(std::move(start)) {
     options_.reject_outliers = false;
-    options_.known_sigma_px = with_moved(earlier.rig.sigma_px, data.sensors, start_.rig);
+    options_.known_sigma_px = known_sigma_px_ = with_moved(earlier.rig.sigma_px, data.sensors, start_.rig);
     options_.estimate_known_sigmas = false;
     options_.estimate_warp = true;
     options_.threads = threads;
@@ -181,23 +193,54 @@ class Checker {
     BundleOptions options = options_;
     options.reject_outliers = true;
     options.estimate_known_sigmas = true;
+    options.minimum_redundancy = kOwnNoise;
     options.priors = {known->prior};
     options.held = known->held;
     options.freed = known->freed;
-    const auto bundle = refine(start_, data_.observations, options);
+    auto bundle = refine(start_, data_.observations, options);
     if (!bundle) return tl::unexpected(bundle.error());
-    const auto groups = static_cast<double>(bundle->groups.size());
     data_.observations.stripes = accepted_stripes(data_.observations.stripes, bundle->views);
+    settle_led_noise(*bundle);
+    // Once more with the weights that this gives trackers of which few readings are left.
+    options.known_sigma_px = options_.known_sigma_px;
+    options.estimate_known_sigmas = false;
+    bundle = refine(start_, data_.observations, options);
+    if (!bundle) return tl::unexpected(bundle.error());
     data_.observations.leds = telling_leds(data_.observations.leds, bundle->views);
-    for (const GroupSummary& group : bundle->groups) {
-      if (group.kind != View::Kind::leds || !group.sigma_estimated) continue;
-      const auto known_px = options_.known_sigma_px.find(group_name(start_.rig, group.sensor, group.kind));
-      if (known_px == options_.known_sigma_px.end()) continue;
-      const double noisier = std::clamp(group.sigma_px / known_px->second, 1.0, kMostNoise);
-      if (exceeded_by_chance(noisier, group.redundancy) < kFalseAlarm / groups) noisier_[known_px->first] = noisier;
-      known_px->second *= noisier;
-    }
+    settle_led_noise(*bundle);
     return {};
+  }
+
+  // By group what it scatters over what the rig knows; groups of which too few readings are left to tell, all together.
+  void settle_led_noise(const BundleResult& bundle) {
+    struct Group {
+      std::size_t sensor;
+      double square, redundancy;
+    };
+    noisier_.clear();
+    std::vector<Group> groups;
+    double square = 0, redundancy = 0;
+    for (const GroupSummary& summary : bundle.groups) {
+      if (summary.kind != View::Kind::leds) continue;
+      const auto known_px = known_sigma_px_.find(group_name(start_.rig, summary.sensor, summary.kind));
+      if (known_px == known_sigma_px_.end()) continue;
+      const auto accepted = static_cast<double>(summary.observations - summary.outliers);
+      const double times = summary.rms_px / known_px->second;
+      groups.push_back({summary.sensor, times * times * accepted, summary.redundancy});
+      square += groups.back().square;
+      redundancy += groups.back().redundancy;
+    }
+    const double kept = kept_variance(2, options_.gate);
+    for (Group group : groups) {
+      if (group.redundancy < kOwnNoise) group = {group.sensor, square, redundancy};
+      if (group.redundancy < kOwnNoise) continue;
+      const double noisier = std::clamp(std::sqrt(group.square / (group.redundancy * kept)), 1.0, kMostNoise);
+      const std::string name = group_name(start_.rig, group.sensor, View::Kind::leds);
+      options_.known_sigma_px.at(name) = noisier * known_sigma_px_.at(name);
+      if (exceeded_by_chance(noisier, group.redundancy) > kFalseAlarm / static_cast<double>(groups.size())) continue;
+      double& told = noisier_[group_name(start_.rig, as_calibrated(group.sensor), View::Kind::leds)];
+      told = std::max(told, noisier);
+    }
   }
 
   // Everything unchanged. Settles how many correlated observations count as one.
@@ -215,9 +258,9 @@ class Checker {
     return refine_under_rig(start_, data_.observations, options_, changed);
   }
 
-  // With a tracker at two places.
-  Expected<Refined> refine_moved(const Move& move) const {
-    const CalibrationData data = with_move(data_, move);
+  // With a tracker at two places, of `data` as below.
+  Expected<Refined> refine_moved(const CalibrationData& seen, const Move& move) const {
+    const CalibrationData data = with_move(seen, move);
     const auto start = start_from_rig(data, earlier_.rig, earlier_.board_scales);
     if (!start) return tl::unexpected(start.error());
     BundleOptions options = options_;
@@ -242,6 +285,23 @@ class Checker {
 
   const CalibrationData& data() const { return data_; }
 
+  // What tells of a tracker's moves: everything, or, where what it saw nobody knows when does not tell a third place,
+  // such as a bar's two ends, what is left without that.
+  CalibrationData telling_moves(const Move& any) const {
+    const CalibrationData moved = with_move(data_, any);
+    if (start_from_rig(moved, earlier_.rig, earlier_.board_scales)) return data_;
+    CalibrationData rest = data_;
+    const auto untimed = [&](const auto& view) { return view.sensor == any.sensor && !view.station; };
+    std::erase_if(rest.observations.leds, untimed);
+    std::erase_if(rest.observations.corners, untimed);
+    return rest;
+  }
+  Expected<Refined> refine_unmoved(const CalibrationData& data) const {
+    const auto start = start_from_rig(data, earlier_.rig, earlier_.board_scales);
+    if (!start) return tl::unexpected(start.error());
+    return refine_under_rig(*start, data.observations, options_, {});
+  }
+
   const std::map<std::string, double>& noisier() const { return noisier_; }
 
   double redundancy(const Refined& unchanged) const {
@@ -249,7 +309,11 @@ class Checker {
     for (const GroupSummary& group : unchanged.bundle.groups) {
       sum += group.redundancy / inflation_of(group.kind, options_);
     }
-    return sum;
+    const WhitenedPrior prior = unchanged.prior.evaluate(unchanged.bundle.state);
+    const Eigen::MatrixXd whole = whole_jacobian(prior);
+    const Eigen::MatrixXd covariance = unchanged.bundle.covariance.of(unchanged.prior.blocks(), unchanged.bundle.state);
+    const double learnt = (whole * covariance).cwiseProduct(whole).sum();
+    return sum + std::max(0.0, static_cast<double>(prior.residuals.size()) - learnt);
   }
 
   // What the observations touch and the rig knows: mounts, lenses, LEDs.
@@ -275,8 +339,8 @@ class Checker {
   void describe(const Refined& freed, PartCheck& part) const {
     part.change = block_step(part.block, start_, freed.bundle.state);
     if (part.block.kind == BlockId::Kind::mount) {
-      part.how_far = fmt::format("{:.3g} mm and {:.3g} deg", part.change.tail<3>().norm(),
-                                 part.change.head<3>().norm() * kDegrees);
+      const SensorStep step(start_.rig.sensors[part.block.index], freed.bundle.state.rig.sensors[part.block.index]);
+      part.how_far = fmt::format("{:.3g} mm and {:.3g} deg", step.place_mm, step.turn_rad * kDegrees);
     } else if (part.block.kind == BlockId::Kind::led) {
       part.how_far = fmt::format("{:.3g} mm", part.change.norm());
       const Eigen::Vector3d now = freed.bundle.state.rig.leds[part.block.index].position_mm;
@@ -293,16 +357,18 @@ class Checker {
   }
 
  private:
+  // Of a place that the rig does not have, the one of the same sensor that it has.
+  std::size_t as_calibrated(std::size_t sensor) const {
+    const bool is_new = !earlier_.rig.find(start_.rig.sensors[sensor].name);
+    return is_new ? start_.rig.sensors[sensor].lens_of.value_or(sensor) : sensor;
+  }
+
   void state_limits(const Refined& unchanged, double parts, PartCheck& part) const {
     const std::vector<BlockId>& blocks = unchanged.prior.blocks();
     const auto at = std::find(blocks.begin(), blocks.end(), part.block) - blocks.begin();
     if (part.block.kind == BlockId::Kind::lens || at == static_cast<std::ptrdiff_t>(blocks.size())) return;
     const WhitenedPrior prior = unchanged.prior.evaluate(unchanged.bundle.state);
-    Eigen::MatrixXd whole(prior.residuals.size(), 0);
-    for (const RowMajorMatrix& block : prior.jacobians) {
-      whole.conservativeResize(Eigen::NoChange, whole.cols() + block.cols());
-      whole.rightCols(block.cols()) = block;
-    }
+    const Eigen::MatrixXd whole = whole_jacobian(prior);
     const Eigen::MatrixXd covariance = unchanged.bundle.covariance.of(blocks, unchanged.bundle.state);
     const Eigen::MatrixXd own = prior.jacobians[static_cast<std::size_t>(at)];
     const Eigen::MatrixXd with_all = whole.transpose() * own;
@@ -365,7 +431,8 @@ class Checker {
   const EarlierRig& earlier_;
   CalibrationState start_;
   BundleOptions options_;
-  std::map<std::string, double> noisier_;  // by group
+  std::map<std::string, double> known_sigma_px_;  // of the rig
+  std::map<std::string, double> noisier_;         // by group
 };
 
 Expected<Checker> look_at(const CalibrationData& data, const EarlierRig& known, int threads) {
@@ -428,29 +495,37 @@ TestedParts test_parts(const Checker& checker, Refined current) {
 struct TestedMove {
   Move move;
   double score = 0;
-  Vector6d step = Vector6d::Zero();
+  SensorStep step;
 };
 
 // Of each tracker the likeliest that is less likely by chance than over all moves together, the likeliest of all first.
 std::vector<TestedMove> test_moves(const Checker& checker, const Refined& unchanged) {
   const double redundancy = checker.redundancy(unchanged);
   const std::vector<Move> moves = checker.possible_moves();
+  const std::size_t later = checker.data().sensors.size();
   std::map<std::size_t, TestedMove> best;
+  std::optional<std::size_t> sensor;
+  CalibrationData seen;
+  double square_sum = 0;
   for (const Move& move : moves) {
-    const auto refined = checker.refine_moved(move);
+    if (sensor != move.sensor) {
+      sensor = move.sensor;
+      seen = checker.telling_moves(move);
+      const auto unmoved = checker.refine_unmoved(seen);
+      square_sum = unmoved ? unmoved->square_sum : 0;
+    }
+    const auto refined = checker.refine_moved(seen, move);
     if (!refined) continue;  // not determined
     const auto& sensors = refined->bundle.state.rig.sensors;
-    const std::size_t later = checker.data().sensors.size();
     const int degrees = 6 * static_cast<int>(sensors.size() - later);
-    const double gain = std::max(0.0, unchanged.square_sum - refined->square_sum);
+    const double gain = std::max(0.0, square_sum - refined->square_sum);
     if (chi_square_tail(gain, degrees) > kFalseAlarm / static_cast<double>(moves.size())) continue;
-    const TestedMove tested{move, score(gain, degrees, redundancy),
-                            local_step(sensors[move.sensor].sensor_from_mount, sensors[later].sensor_from_mount)};
+    const TestedMove tested{move, score(gain, degrees, redundancy), SensorStep(sensors[move.sensor], sensors[later])};
     const auto [known, is_new] = best.emplace(move.sensor, tested);
     if (!is_new && tested.score > known->second.score) known->second = tested;
   }
   std::vector<TestedMove> found;
-  for (const auto& [sensor, tested] : best) found.push_back(tested);
+  for (const auto& [moved, tested] : best) found.push_back(tested);
   std::stable_sort(found.begin(), found.end(),
                    [](const TestedMove& a, const TestedMove& b) { return a.score > b.score; });
   return found;
@@ -487,7 +562,11 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
   auto rest = look_at(at_two_places, known, threads);
   const auto otherwise_unchanged = rest ? rest->refine_unchanged() : Expected<Refined>(tl::unexpected(rest.error()));
   RigCheck check = std::move(tested.check);
-  check.changed.clear();  // too little is left to tell what else did
+  // Too little is left to tell what else did.
+  check.changed.clear();
+  check.parts.clear();
+  check.noisier.clear();
+  check.probability = 1;
   if (otherwise_unchanged) check = test_parts(*rest, *otherwise_unchanged).check;
   check.moved = told(moves, data);
   return check;

@@ -51,7 +51,8 @@ std::vector<Prior> scale_priors(const CalibrationData& data, const CalibrationSt
   return priors;
 }
 
-std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const BundleResult& bundle) {
+std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const BundleResult& bundle,
+                                           const JointCovariance& covariance) {
   std::set<std::string> undetermined;
   for (const Undetermined& direction : bundle.undetermined) {
     if (direction.prior == kWeakScale) undetermined.insert(direction.terms.begin(), direction.terms.end());
@@ -59,7 +60,7 @@ std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const Bu
   std::vector<MeasuredScale> scales;
   for (const std::size_t b : used(data.board_of)) {
     const BlockId block = scale_of(b).block;
-    const double variance = bundle.covariance.of({block}, bundle.state)(0, 0);
+    const double variance = covariance.of({block}, bundle.state)(0, 0);
     if (data.boards[b].certificate || !(variance > 0)) continue;
     scales.push_back({b, bundle.state.boards[b].scale, std::sqrt(variance),
                       !undetermined.contains(parameter_names(block, bundle.state).front())});
@@ -81,14 +82,15 @@ std::vector<std::string> scale_lacks(const CalibrationData& data, std::vector<st
   return known;
 }
 
-std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle) {
+std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const CalibrationState& state,
+                                                  const JointCovariance& covariance) {
   const std::set<std::size_t> boards = used(data.board_of);
   const bool certified =
       std::any_of(boards.begin(), boards.end(), [&](std::size_t b) { return data.boards[b].certificate.has_value(); });
   if (boards.empty() || (!certified && data.bars.empty())) return std::nullopt;
   ScaleUncertainty largest{0, scale_lacks(data)};
   for (const std::size_t b : boards) {
-    const double variance = bundle.covariance.of({scale_of(b).block}, bundle.state)(0, 0);
+    const double variance = covariance.of({scale_of(b).block}, state)(0, 0);
     largest.relative = std::max(largest.relative, std::sqrt(variance));
   }
   return largest;

@@ -41,15 +41,17 @@ struct MeasuredScale {
   bool determined = true;  // by observations that tie the board to them; else only the weak prior holds it
 };
 
-// Of the boards that were used, in their order.
-std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const BundleResult& bundle);
+// Of the boards that were used, in their order. `covariance` holds what was kept of an earlier rig too.
+std::vector<MeasuredScale> measured_scales(const CalibrationData& data, const BundleResult& bundle,
+                                           const JointCovariance& covariance);
 
 // What the certificates of the boards that were used and of the bars lack, behind `known`; each once.
 std::vector<std::string> scale_lacks(const CalibrationData& data, std::vector<std::string> known = {});
 
 // Of the boards that were used, the largest after the refinement; none without any, and where no certificate and no bar
 // tells it.
-std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const BundleResult& bundle);
+std::optional<ScaleUncertainty> scale_uncertainty(const CalibrationData& data, const CalibrationState& state,
+                                                  const JointCovariance& covariance);
 
 // That the lengths of a rig contain, by its covariance. What it lacks is not told there, but by the rig itself.
 std::optional<ScaleUncertainty> scale_uncertainty(const RigCovariance& covariance);

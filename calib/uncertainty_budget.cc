@@ -20,8 +20,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 // The estimated blocks that are no poses, in the order of the covariance.
-std::vector<BlockId> rig_blocks(const BundleResult& bundle) {
-  const CalibrationState& state = bundle.state;
+std::vector<BlockId> rig_blocks(const CalibrationState& state, const JointCovariance& covariance) {
   std::vector<BlockId> all, estimated;
   for (std::size_t s = 0; s < state.rig.sensors.size(); ++s) {
     if (!state.rig.sensors[s].lens_of) all.push_back({BlockId::Kind::lens, s});
@@ -32,8 +31,8 @@ std::vector<BlockId> rig_blocks(const BundleResult& bundle) {
     all.push_back({BlockId::Kind::warp, b});
     all.push_back({BlockId::Kind::scale, b});
   }
-  const auto& names = bundle.covariance.names();
-  const auto end = names.begin() + bundle.covariance.rig_rows();
+  const auto& names = covariance.names();
+  const auto end = names.begin() + covariance.rig_rows();
   std::copy_if(all.begin(), all.end(), std::back_inserter(estimated), [&](const BlockId& block) {
     return std::find(names.begin(), end, parameter_names(block, state).front()) != end;
   });
@@ -175,16 +174,39 @@ BudgetEntry entry_of(const Term& term, const std::string& name, double variance,
   return entry;
 }
 
-// Kenward and Roger's, in their letters. `rows`: of the common parameters.
-BudgetRegion region_of(const std::string& part, const std::vector<Eigen::Index>& rows, const Calibration& calibration) {
-  const VarianceEstimates& estimates = calibration.variances;
+// What regions are made of, by the budget's entries: the covariance before weights and outlier rule widened it, and
+// what each estimated variance contributes to it.
+struct RegionParts {
+  Eigen::MatrixXd covariance;
+  std::vector<Eigen::MatrixXd> shares;
+  const VarianceEstimates& estimates;
+};
+
+RegionParts region_parts(const Calibration& calibration, const std::vector<std::optional<Eigen::Index>>& own_rows) {
   const Eigen::MatrixXd& widening = calibration.bundle.covariance.widening();
-  Eigen::MatrixXd covariance = calibration.bundle.covariance.common()(rows, rows);
-  if (widening.size() > 0) covariance -= widening(rows, rows);
+  const auto rows = static_cast<Eigen::Index>(own_rows.size());
+  RegionParts parts{whole_covariance(calibration).common().topLeftCorner(rows, rows), {}, calibration.variances};
+  const auto own = [&](const Eigen::MatrixXd& of_bundle) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows, rows);
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      for (Eigen::Index j = 0; j < rows; ++j) {
+        const auto &a = own_rows[static_cast<std::size_t>(i)], &b = own_rows[static_cast<std::size_t>(j)];
+        if (a && b) all(i, j) = of_bundle(*a, *b);
+      }
+    }
+    return all;
+  };
+  if (widening.size() > 0) parts.covariance -= own(widening);
+  for (const Eigen::MatrixXd& share : calibration.variances.shares) parts.shares.push_back(own(share));
+  return parts;
+}
+
+// Kenward and Roger's, in their letters. `rows`: of the entries.
+BudgetRegion region_of(const std::string& part, const std::vector<Eigen::Index>& rows, const RegionParts& parts) {
+  const VarianceEstimates& estimates = parts.estimates;
+  const Eigen::MatrixXd covariance = parts.covariance(rows, rows);
   std::vector<Eigen::MatrixXd> shares;  // of the whitened parameters
-  for (const Eigen::MatrixXd& share : estimates.shares) {
-    shares.push_back(solve_symmetric(covariance, share(rows, rows)));
-  }
+  for (const Eigen::MatrixXd& share : parts.shares) shares.push_back(solve_symmetric(covariance, share(rows, rows)));
   double a1 = 0, a2 = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     for (std::size_t j = 0; j < shares.size(); ++j) {
@@ -213,7 +235,7 @@ BudgetRegion region_of(const std::string& part, const std::vector<Eigen::Index>&
 }
 
 // Of each part, of the LEDs, of all.
-std::vector<BudgetRegion> regions_of(const std::vector<BudgetEntry>& entries, const Calibration& calibration) {
+std::vector<BudgetRegion> regions_of(const std::vector<BudgetEntry>& entries, const RegionParts& of_entries) {
   std::vector<std::pair<std::string, std::vector<Eigen::Index>>> parts;
   const auto rows_of = [&](const std::string& part) -> std::vector<Eigen::Index>& {
     const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& p) { return p.first == part; });
@@ -226,7 +248,7 @@ std::vector<BudgetRegion> regions_of(const std::vector<BudgetEntry>& entries, co
     rows_of("all").push_back(row);
   }
   std::vector<BudgetRegion> regions;
-  for (const auto& [part, rows] : parts) regions.push_back(region_of(part, rows, calibration));
+  for (const auto& [part, rows] : parts) regions.push_back(region_of(part, rows, of_entries));
   return regions;
 }
 
@@ -256,6 +278,7 @@ std::vector<BudgetSource> budget_sources(const Calibration& calibration) {
   }
   for (const Prior& prior : calibration.priors) sources.push_back({prior.name(), true});
   if (bundle.covariance.widening().size() > 0) sources.push_back({"weights and outlier rule"});
+  if (calibration.with_kept) sources.push_back({"kept parts", true});
   return sources;
 }
 
@@ -278,25 +301,34 @@ double effective_degrees_of_freedom(const std::vector<BudgetSource>& sources, co
 
 UncertaintyBudget uncertainty_budget(const Observations& observations, const Calibration& calibration, int threads) {
   const BundleResult& bundle = calibration.bundle;
-  const std::vector<BlockId> blocks = rig_blocks(bundle);
-  const RigGain gain(bundle, blocks);
+  const RigGain gain(bundle, rig_blocks(bundle.state, bundle.covariance));
   UncertaintyBudget budget{budget_sources(calibration), {}};
-  Eigen::MatrixXd shares(gain.rows(), static_cast<Eigen::Index>(budget.sources.size()));
+  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(gain.rows(), static_cast<Eigen::Index>(budget.sources.size()));
   const auto groups = static_cast<Eigen::Index>(bundle.groups.size());
   shares.leftCols(groups) = group_shares(observations, calibration, gain, threads);
   for (std::size_t p = 0; p < calibration.priors.size(); ++p) {
     shares.col(groups + static_cast<Eigen::Index>(p)) = prior_share(calibration.priors[p], bundle.state, gain);
   }
   const Eigen::MatrixXd& widening = bundle.covariance.widening();
-  if (widening.size() > 0) shares.rightCols<1>() = widening.diagonal().head(gain.rows());
+  const Eigen::Index last = groups + static_cast<Eigen::Index>(calibration.priors.size());
+  if (widening.size() > 0) shares.col(last) = widening.diagonal().head(gain.rows());
+  const JointCovariance& whole = whole_covariance(calibration);
+  const std::vector<std::string>& own_names = bundle.covariance.names();
+  std::vector<std::optional<Eigen::Index>> own_rows;
   Eigen::Index row = 0;
-  for (const Term& term : terms_of(blocks, bundle.state)) {
-    const std::string& name = bundle.covariance.names()[static_cast<std::size_t>(row)];
-    budget.entries.push_back(
-        entry_of(term, name, bundle.covariance.common()(row, row), shares.row(row), budget.sources));
+  for (const Term& term : terms_of(rig_blocks(bundle.state, whole), bundle.state)) {
+    const std::string& name = whole.names()[static_cast<std::size_t>(row)];
+    const double variance = whole.common()(row, row);
+    const auto own = std::find(own_names.begin(), own_names.begin() + gain.rows(), name) - own_names.begin();
+    own_rows.push_back(own < gain.rows() ? std::optional<Eigen::Index>(own) : std::nullopt);
+    Eigen::RowVectorXd of_row = Eigen::RowVectorXd::Zero(shares.cols());
+    if (own_rows.back()) of_row = shares.row(own);
+    // What was kept adds the rest.
+    if (calibration.with_kept) of_row[of_row.size() - 1] = variance - of_row.sum();
+    budget.entries.push_back(entry_of(term, name, variance, of_row, budget.sources));
     ++row;
   }
-  budget.regions = regions_of(budget.entries, calibration);
+  budget.regions = regions_of(budget.entries, region_parts(calibration, own_rows));
   return budget;
 }
 

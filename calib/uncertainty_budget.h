@@ -10,6 +10,8 @@
 //   a prior, such as "certificates" or an earlier rig: type B, taken as exactly known, infinite degrees of freedom
 //   "weights and outlier rule": what estimated sigmas add by having weighted the observations, and the rule by having
 //     chosen them (calib/weighting.h); type A, and small, so that its degrees of freedom are not asked for
+//   "kept parts": where parts of an earlier rig were kept, what they are off by and what that does to the others
+//     (calib/kept_parts.h); type B, taken as exactly known
 // Effective degrees of freedom by Welch and Satterthwaite (GUM, G.4), nu = u^4 / sum u_s^4 / nu_s, for estimates that
 // are correlated: one over the variance of u^2, twice its square being 1, summed over pairs of sigmas and, with the
 // shares of a kind's groups together, over inflations.
@@ -21,7 +23,7 @@
 //
 // Units: px, mm, and degrees for the rotation of a mount, whose value is the rotation vector and whose u that of a
 // small further rotation about the sensor's axes (docs/conventions.md, tangents). Parameters that were held have no
-// entry.
+// entry, but for kept ones that the earlier rig has a covariance of.
 #pragma once
 
 #include <limits>

@@ -345,7 +345,7 @@ void note_scale(const Calibration& calibration, std::vector<std::string>& notes)
 
 void note_untied_boards(const CalibrationData& data, const Calibration& calibration, std::vector<std::string>& notes) {
   std::vector<std::string> names;
-  for (const MeasuredScale& size : measured_scales(data, calibration.bundle)) {
+  for (const MeasuredScale& size : measured_scales(data, calibration.bundle, whole_covariance(calibration))) {
     if (!size.determined) names.push_back(fmt::format("'{}'", calibration.bundle.state.boards[size.board].name));
   }
   if (names.empty()) return;
@@ -382,7 +382,7 @@ std::vector<std::string> notes_on(const Calibration& calibration) {
 // may have made of it is a note.
 void judge_pitches(const CalibrationData& data, const Calibration& calibration, std::vector<std::string>& faults,
                    std::vector<std::string>& notes) {
-  for (const MeasuredScale& size : measured_scales(data, calibration.bundle)) {
+  for (const MeasuredScale& size : measured_scales(data, calibration.bundle, whole_covariance(calibration))) {
     if (!size.determined) continue;
     const BoardSpec& board = data.boards[size.board];
     const double off = size.scale - 1;

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "calib/point_uncertainty.h"
-#include "calib/station_offsets.h"
+#include "calib/view_offsets.h"
 #include "datasets/stations_file.h"
 
 namespace crumple {
@@ -77,9 +77,9 @@ void CloudUncertainty::add_columns(Cloud& cloud, int threads) {
     text_ = "no uncertainty but that of decoding: " + refusal_ + "\n";
     return;
   }
-  const std::vector<StationOffset> offsets = station_offsets(cloud, *uncertainty);
-  for (std::size_t s = 0; s < offsets.size(); ++s) {
-    if (offsets[s].points > 0) offset_sigmas_mm_[poses_.stations[s].name] = offsets[s].sigma_mm;
+  const std::vector<ViewOffset> offsets = view_offsets(cloud, *uncertainty);
+  for (std::size_t v = 0; v < offsets.size(); ++v) {
+    if (offsets[v].points > 0) offset_sigmas_mm_[v] = offsets[v].sigma_mm;
   }
   CloudColumn calibration{"u_calibration_mm", {}}, station{"u_station_mm", {}};
   std::vector<float> decoding;

@@ -42,8 +42,8 @@ class CloudUncertainty {
   // Columns u_calibration_mm and u_station_mm, roots of the traces of the covariances; and what the summary says.
   void add_columns(Cloud& cloud, int threads);
 
-  // After add_columns: by station, how well rig and poses say its height over the others in a merged cloud.
-  const std::map<std::string, double>& offset_sigmas_mm() const { return offset_sigmas_mm_; }
+  // After add_columns: by view, how well rig and poses say its height over the earlier ones in a merged cloud.
+  const std::map<std::size_t, double>& offset_sigmas_mm() const { return offset_sigmas_mm_; }
 
   const nlohmann::json& summary() const { return summary_; }
   std::string text() const { return text_; }
@@ -54,7 +54,7 @@ class CloudUncertainty {
   StationPoses poses_;
   std::size_t station_ = 0;  // the one added last
   std::string refusal_;
-  std::map<std::string, double> offset_sigmas_mm_;
+  std::map<std::size_t, double> offset_sigmas_mm_;
   nlohmann::json summary_;
   std::string text_;
 };

@@ -42,11 +42,11 @@ json view_json(const ReconstructedView& view) {
   return result;
 }
 
-// By rig and poses, and what merging allows a station as a whole; none where these are not known.
-std::optional<double> offset_sigma_mm(const std::string& station, const WrittenCloud& cloud) {
-  const auto told = cloud.offset_sigmas_mm.find(station);
+// By rig and poses, and what merging allows both sides as a whole; none where these are not known.
+std::optional<double> offset_sigma_mm(const StationOverlap& overlap, const WrittenCloud& cloud) {
+  const auto told = cloud.offset_sigmas_mm.find(overlap.view);
   if (told == cloud.offset_sigmas_mm.end()) return std::nullopt;
-  return std::hypot(told->second, MergeOptions().common_sigma_mm);
+  return std::hypot(told->second, std::numbers::sqrt2 * MergeOptions().common_sigma_mm);
 }
 
 json merge_json(const WrittenCloud& cloud) {
@@ -60,7 +60,7 @@ json merge_json(const WrittenCloud& cloud) {
               {"outvoted", report.outvoted},
               {"stations", json::array()}};
   for (const StationOverlap& overlap : report.stations) {
-    const auto sigma_mm = offset_sigma_mm(overlap.station, cloud);
+    const auto sigma_mm = offset_sigma_mm(overlap, cloud);
     result["stations"].push_back({{"id", overlap.station},
                                   {"points", overlap.points},
                                   {"shared_points", overlap.shared_points},
@@ -81,7 +81,7 @@ std::string merge_text(const WrittenCloud& cloud) {
       100 * cloud.merged->overlap_share, cloud.merged->contradictions, cloud.merged->outvoted);
   for (const StationOverlap& overlap : cloud.merged->stations) {
     if (overlap.shared_sites == 0) continue;
-    const auto sigma_mm = offset_sigma_mm(overlap.station, cloud);
+    const auto sigma_mm = offset_sigma_mm(overlap, cloud);
     text += fmt::format("  {} differs from those before it by {:.3f} mm (robust sigma), {:+.3f} mm in the middle{}\n",
                         overlap.station, overlap.difference_mm, overlap.offset_mm,
                         sigma_mm ? fmt::format(" (sigma {:.3f} mm)", *sigma_mm) : "");
@@ -134,7 +134,7 @@ std::vector<std::string> stations_off(const Reconstruction& reconstruction) {
   const WrittenCloud& cloud = reconstruction.clouds.front();
   if (!cloud.merged) return off;
   for (const StationOverlap& overlap : cloud.merged->stations) {
-    const auto sigma_mm = offset_sigma_mm(overlap.station, cloud);
+    const auto sigma_mm = offset_sigma_mm(overlap, cloud);
     if (overlap.shared_sites == 0 || !sigma_mm || std::abs(overlap.offset_mm) <= kSigmas * *sigma_mm) continue;
     off.push_back(fmt::format(
         "station {} lies {:+.3f} mm off those before it, where rig and poses are known to {:.3f} mm: the probe, a "

@@ -36,8 +36,8 @@ struct WrittenCloud {
   std::size_t points = 0;
   std::optional<MergeReport> merged;
   std::size_t not_smoothed = 0;
-  // By station, of StationOverlap::offset_mm, as far as rig and poses tell; of the main cloud.
-  std::map<std::string, double> offset_sigmas_mm = {};
+  // By view, of StationOverlap::offset_mm, as far as rig and poses tell; of the main cloud.
+  std::map<std::size_t, double> offset_sigmas_mm = {};
 };
 
 struct FailedView {

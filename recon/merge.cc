@@ -43,7 +43,7 @@ class CloudMerger::Impl {
     place_ = place;
     view_ = station.points.empty() ? std::uint16_t{0} : station.points.front().view;
     const std::uint16_t index = index_of(station);
-    report_.stations.push_back({.station = station.stations.front(), .points = station.points.size()});
+    report_.stations.push_back({.station = station.stations.front(), .view = view_, .points = station.points.size()});
     report_.points_in += station.points.size();
     const std::vector<int> matches = match(station.points);
     sums_.assign(map_.sites.size(), {});

@@ -55,6 +55,7 @@ struct StationPlace {
 // One addition against the sites that earlier ones had made.
 struct StationOverlap {
   std::string station;
+  std::size_t view = 0;           // of its points
   std::size_t points = 0;         // of it
   std::size_t shared_points = 0;  // that joined a site of earlier additions
   std::size_t shared_sites = 0;
@@ -88,8 +89,7 @@ class CloudMerger {
   CloudMerger& operator=(CloudMerger&&) noexcept;
 
   // The cloud of one view, a camera's at a station, in the frame of all; its points have the same CloudPoint::view. A
-  // station that is added again, camera
-  // after camera, is listed once.
+  // station that is added again, camera after camera, is once among the cloud's stations.
   void add(const Cloud& station, const StationPlace& place = {});
 
   // Ends the merger: nothing may be added any more.

@@ -74,8 +74,10 @@ bool same_images(const Identification& one, const Identification& other) {
 
 std::optional<std::string> find_mixed_images(const Rig& rig, const LedReadings& readings,
                                              const ProbePoseOptions& options) {
-  if (auto exchanged = exchanged_trackers(rig, readings, options)) return exchanged;
-  return odd_tracker(rig, readings, options);
+  LedReadings read = readings;
+  std::erase_if(read, [](const LedReading& reading) { return reading.view.leds.empty(); });
+  if (auto exchanged = exchanged_trackers(rig, read, options)) return exchanged;
+  return odd_tracker(rig, read, options);
 }
 
 }  // namespace crumple

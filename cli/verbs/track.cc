@@ -80,8 +80,10 @@ Expected<FoundProbe> find_probe(const Capture& capture) {
   Verdict verdict = judge(input->data, probe->calibration, thread_count());
   for (std::string& said : check_led_layout(probe->rig, nominal_mm)) verdict.reasons.push_back(std::move(said));
   verdict.ok = verdict.reasons.empty();
-  probe->rig.doubts = verdict.reasons;
-  probe->rig.rejected = verdict.rejected;
+  // What was said against the trackers holds for what they found.
+  probe->rig.doubts = trackers->rig.doubts;
+  probe->rig.doubts.insert(probe->rig.doubts.end(), verdict.reasons.begin(), verdict.reasons.end());
+  probe->rig.rejected = trackers->rig.rejected || verdict.rejected;
   return FoundProbe{std::move(probe->rig), std::move(verdict)};
 }
 
@@ -126,6 +128,7 @@ Expected<VerbResult> run_track(const VerbContext& context) {
   if (!capture) return tl::unexpected(capture.error());
   auto rig = read_rig(FLAGS_rig);
   if (!rig) return tl::unexpected(rig.error());
+  const Rig calibrated = *rig;
   const bool unknown = probe_is_unknown(*capture, *rig);
   Verdict of_unknown;
   if (unknown) {
@@ -182,7 +185,7 @@ Expected<VerbResult> run_track(const VerbContext& context) {
     tell_found_probe(of_unknown, result);
     if (auto done = write_found_rig(*folder / "rig", *rig); !done) return tl::unexpected(done.error());
   }
-  if (!unknown) tell_doubts(*rig, result);
+  tell_doubts(calibrated, result);
   const auto written =
       write_file(*folder / "poses.csv", poses_csv(tracked, *method))
           .and_then([&] { return unknown ? Expected<void>{} : uncertainty.write(folder->path()); })

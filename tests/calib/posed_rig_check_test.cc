@@ -113,6 +113,33 @@ TEST(PosedRigCheck, NoisierReadingsThanAtTheCalibrationAreNoChange) {
   }
 }
 
+// Each by what its own calibration knows: one that is noisier than the others by itself is as it was.
+TEST(PosedRigCheck, TrackersOfUnequalNoiseAreAsTheyWere) {
+  Rig rig = calibrated_before();
+  const double noisy_px = 3 * kPosedRigCampaign.led_sigma_px;
+  rig.sigma_px["track2.leds"] = noisy_px;
+  const std::vector<LedReadings> quiet = read_scan(50, nullptr), noisy = read_scan(50, nullptr, noisy_px);
+  for (const std::size_t stations : {std::size_t{3}, kScan}) {
+    NamedConstellations posed;
+    for (std::size_t s = 0; s < stations; ++s) {
+      LedReadings here = quiet[s];
+      for (std::size_t t = 0; t < here.size(); ++t) {
+        if (rig.sensors[here[t].view.sensor].name != "track2") continue;
+        here[t] = noisy[s][t];
+        for (Eigen::Matrix2d& covariance : here[t].covariances_px2)
+          covariance = noisy_px * noisy_px * Eigen::Matrix2d::Identity();
+      }
+      auto pose = probe_pose(rig, here);
+      ASSERT_TRUE(pose) << pose.error().message;
+      posed.push_back({fmt::format("door_{}", s + 1), {std::move(*pose), here, {}}});
+    }
+    const auto check = check_posed_rig(rig, posed, 1);
+    ASSERT_TRUE(check) << check.error().message;
+    EXPECT_TRUE(check->noisier.empty()) << stations << check->noisier.begin()->first;
+    EXPECT_TRUE(check->valid()) << stations;
+  }
+}
+
 // The gate on single readings lets pass what all of them together show.
 TEST(PosedRigCheck, NamesATrackerTurnedByLessThanAReadingShows) {
   const auto stations = posed_stations(30, [](Rig& rig) { turn_second_tracker(rig, 1.5e-4); });

@@ -2,11 +2,13 @@
 #include "calib/rig_check.h"
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calib/uncertainty_budget.h"
 #include "calib/verdict.h"
 #include "solvers/rig_covariance.h"
 #include "tests/calib/made_system_data.h"
@@ -263,6 +265,18 @@ TEST(StartFromRig, WhatIsKeptIsAsUncertainAsItWasAndMakesTheRestSo) {
     ASSERT_EQ(row, size);
     squares += off.dot(whole.common().topLeftCorner(size, size).llt().solve(off));
     degrees += static_cast<double>(size);
+    if (seed == 1) {
+      const UncertaintyBudget budget = uncertainty_budget(interim(100 + seed, nullptr).observations, *found, 1);
+      ASSERT_EQ(budget.entries.size(), static_cast<std::size_t>(size));
+      for (std::size_t i = 0; i < budget.entries.size(); ++i) {
+        const BudgetEntry& entry = budget.entries[i];
+        EXPECT_EQ(entry.name, whole.names()[i]);
+        EXPECT_NEAR(std::accumulate(entry.shares.begin(), entry.shares.end(), 0.0), 1, 1e-9) << entry.name;
+        EXPECT_GE(entry.shares.back(), -1e-6) << entry.name;
+        const bool is_corrected = entry.part == "lens of track1" || entry.part == "mount of track1";
+        EXPECT_EQ(entry.shares.back() < 1 - 1e-9, is_corrected) << entry.name << entry.shares.back();
+      }
+    }
     const BlockId lens{BlockId::Kind::lens, 0};
     EXPECT_NEAR(whole.of({lens}, found->bundle.state)(0, 0) / before.covariance.matrix(0, 0), 1, 1e-6);
     // Of what is corrected the observations alone say too little.

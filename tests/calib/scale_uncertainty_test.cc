@@ -125,7 +125,7 @@ TEST(ScaleUncertainty, ABoardWithACertificateTellsTheOthersSize) {
   EXPECT_NEAR(state.boards[1].scale, 1.001, 3 * sigma);
   EXPECT_NEAR(state.boards[0].scale, 1, 1e-5);
   EXPECT_NEAR(calibration.scale->relative, sigma, 1e-12);
-  const std::vector<MeasuredScale> measured = measured_scales(data, calibration.bundle);
+  const std::vector<MeasuredScale> measured = measured_scales(data, calibration.bundle, whole_covariance(calibration));
   ASSERT_EQ(measured.size(), 1u);  // the certified board is not one
   EXPECT_EQ(measured[0].board, 1u);
   EXPECT_TRUE(measured[0].determined);
@@ -141,7 +141,7 @@ TEST(ScaleUncertainty, ABoardThatNothingTiesIsNotMeasured) {
   data.observations.stripes.clear();
   data.observations.features.clear();
   const Calibration calibration = calibrate(data, {.warp = WarpChoice::off}).value();
-  const std::vector<MeasuredScale> measured = measured_scales(data, calibration.bundle);
+  const std::vector<MeasuredScale> measured = measured_scales(data, calibration.bundle, whole_covariance(calibration));
   ASSERT_EQ(measured.size(), 1u);
   EXPECT_EQ(measured[0].board, 1u);
   EXPECT_FALSE(measured[0].determined);

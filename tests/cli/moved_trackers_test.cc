@@ -26,7 +26,7 @@ using testing::IsSupersetOf;
 using testing::Not;
 using testing::StartsWith;
 
-const std::string kMovedScene = CRUMPLE_SOURCE_DIR "/tests/data/scenes/tracked_scan.yaml";
+const std::string kMovedScene = CRUMPLE_SOURCE_DIR "/datasets/scenes/tracked_small.yaml";
 const std::string kBefore = "cal_1,cal_2,cal_4,cal_6,shown_1,shown_2,shown_3,shown_4,shown_5,shown_6,door_1";
 const std::string kAfter = "cal_3,cal_5,cal_7,door_2";
 

@@ -24,7 +24,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-const std::string kScene = CRUMPLE_SOURCE_DIR "/tests/data/scenes/several_sensors.yaml";
+const std::string kScene = CRUMPLE_SOURCE_DIR "/datasets/scenes/several_sensors.yaml";
 
 void simulate(const std::string& scene, const std::string& stations, const std::string& folder) {
   const ProgramRun run =

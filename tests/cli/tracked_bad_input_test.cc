@@ -318,7 +318,7 @@ TEST(TrackedBadInput, AScanWithTooFewLedsFailsAloneWithItsReason) {
   const TemporaryFolder home;
   const fs::path capture = home / "capture";
   const ProgramRun rendered = run_program("simulate '" CRUMPLE_SOURCE_DIR
-                                          "/tests/data/scenes/tracked_scan.yaml' --nodepth_maps --stations=door_1 "
+                                          "/datasets/scenes/tracked_small.yaml' --nodepth_maps --stations=door_1 "
                                           "--out='" +
                                           capture.string() + "'");
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;

@@ -1,4 +1,4 @@
-// tests/data/scenes/tracked_scan.yaml: what is true of it, and what a cloud of it must keep.
+// datasets/scenes/tracked_small.yaml: what is true of it, and what a cloud of it must keep.
 #pragma once
 
 #include <cmath>
