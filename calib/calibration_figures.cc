@@ -17,7 +17,7 @@ CalibrationFigures calibration_figures(const CalibrationData& data, const Calibr
   figures.maps = sensor_uncertainty_maps(calibration, figures.cells, map_distances_mm);
   figures.histograms = residual_histograms(bundle);
   figures.regional = regional_tests(figures.residuals, bundle.groups, bundle.state.rig, calibration.inflation);
-  figures.correlated = correlated_terms(rig_covariance(bundle));
+  figures.correlated = correlated_terms(rig_covariance(calibration));
   if (auto volume = volume_points(data, calibration)) figures.volume = std::move(*volume);
   figures.covered = volume_coverage(data.observations, bundle.state, bundle.views);
   return figures;

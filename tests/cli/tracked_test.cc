@@ -195,12 +195,15 @@ TEST(TrackedSystemVerbs, ATrackerWithAnothersImagesIsNamed) {
   EXPECT_FALSE(std::filesystem::exists(home / "rig"));
 }
 
-// The trackers calibrated, and a probe whose LEDs they have never seen.
+// The trackers calibrated, and a probe whose LEDs they have never seen. What was said against the trackers is said of
+// what they find.
 TEST(TrackedSystemVerbs, TrackFindsTheLedsOfAnUnknownProbe) {
   const TrackedSystem& system = TrackedSystem::get();
   Rig trackers = read_rig(system.rig()).value();
   const Rig known = trackers;
   trackers.leds.clear();
+  trackers.rejected = true;
+  trackers.doubts = {"tracker0: the focal length is known to 12.0 % only"};
   TemporaryFolder home;
   std::filesystem::create_directory(home / "trackers");
   ASSERT_TRUE(write_rig(home / "trackers", trackers));
@@ -213,8 +216,11 @@ TEST(TrackedSystemVerbs, TrackFindsTheLedsOfAnUnknownProbe) {
   // Its LEDs scatter by 0.003 px, and a station beyond that is named here as it is by the calibration.
   ASSERT_EQ(run.exit_code, 4) << run.err << run.out;
   EXPECT_THAT(run.out,
-              testing::AllOf(HasSubstr("knows no LED of this probe"), HasSubstr("suspect: station cal_09 is bad")));
+              testing::AllOf(HasSubstr("knows no LED of this probe"), HasSubstr("suspect: station cal_09 is bad"),
+                             HasSubstr("the rig was rejected when calibrated: " + trackers.doubts.front())));
   const Rig found = read_rig(home / "poses/rig").value();
+  EXPECT_TRUE(found.rejected);
+  EXPECT_THAT(found.doubts, testing::Contains(trackers.doubts.front()));
   ASSERT_EQ(found.leds.size(), known.leds.size());
   for (std::size_t a = 0; a < known.leds.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
