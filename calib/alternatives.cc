@@ -56,7 +56,9 @@ ScoreOutcome own_part(const ScoreOutcome& joint, Eigen::Index before, const Scor
 }
 
 // `inflation`: of the variance of the parameters, for correlated observations.
-bool matters(const Tested& tested, std::size_t count, double inflation) {
+bool matters(const Tested& tested, AlternativeKind kind, std::size_t count, double inflation) {
+  const bool of_board = kind == AlternativeKind::size || kind == AlternativeKind::shape;
+  if (!of_board && tested.outcome.effect_px < kExactEnough_px) return false;
   const bool material =
       tested.outcome.effect >= kMaterial || tested.outcome.bias >= kMaterialBias * std::sqrt(inflation);
   return tested.degrees > 0 && material &&
@@ -108,7 +110,7 @@ Expected<AlternativeTests> test_alternatives(const CalibrationData& data, const 
       lenses.push_back(candidates[c].subject);
     }
     Tested tested{c, outcome, outcome.gain, outcome.degrees};
-    if (matters(tested, candidates.size(), inflation)) promising.push_back(std::move(tested));
+    if (matters(tested, candidates[c].kind, candidates.size(), inflation)) promising.push_back(std::move(tested));
   }
   ScoreTester::Columns found_columns;
   ScoreOutcome found;
@@ -132,8 +134,9 @@ Expected<AlternativeTests> test_alternatives(const CalibrationData& data, const 
       // What it matters beside what was found shrinks with its gain.
       const double less = std::sqrt(std::max(0.0, tested.gain) / std::max(1e-12, before.gain));
       tested.outcome.effect *= less;
+      tested.outcome.effect_px *= less;
       tested.outcome.bias *= less;
-      if (matters(tested, candidates.size(), inflation)) left.push_back(std::move(tested));
+      if (matters(tested, candidate.kind, candidates.size(), inflation)) left.push_back(std::move(tested));
     }
     promising = std::move(left);
   }

@@ -15,9 +15,10 @@
 // Found is an alternative whose gain is less likely by chance than 1 in 1000 over all that are tested, and that
 // matters: it moves the observations it is about by 0.3 of their sigma at least (RMS), or some combination of
 // parameters by three of its own, correlated observations allowed for (calib/correlation.h). With enough observations
-// everything is significant, and a model is never exact. Of several the one with the largest gain, less the logarithm
-// of the number of observations for each degree of freedom (Schwarz, Annals of Statistics, 1978), is found; then the
-// others are tested beside it, three times at most. Observations count as independent where significance is concerned.
+// everything is significant, and a model is never exact: nor does anything matter but a board's size or shape that
+// moves observations by less than 0.01 px. Of several the one with the largest gain, less the logarithm of the number
+// of observations for each degree of freedom (Schwarz, Annals of Statistics, 1978), is found; then the others are
+// tested beside it, three times at most. Observations count as independent where significance is concerned.
 #pragma once
 
 #include <string>
@@ -29,6 +30,9 @@
 namespace crumple {
 
 enum class AlternativeKind { led, place, shape, size, lens, polarity };
+
+// No detector and no lens model is better than that: what is off by less, per axis, is no fault.
+inline constexpr double kExactEnough_px = 0.01;
 
 struct Alternative {
   AlternativeKind kind = AlternativeKind::lens;

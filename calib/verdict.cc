@@ -83,13 +83,15 @@ void judge_views(const Calibration& calibration, Verdict& verdict) {
   for (const ViewSummary& view : calibration.bundle.views) {
     if (view.inlier.empty()) continue;
     const GroupSummary& group = group_of(calibration.bundle, view);
-    const double expected = group.sigma_px * (View::dimension_of(view.kind) == 1 ? 1 : std::numbers::sqrt2);
+    const double per_axis = View::dimension_of(view.kind) == 1 ? 1 : std::numbers::sqrt2;
+    const double expected = group.sigma_px * per_axis;
     const auto left_out = std::count(view.inlier.begin(), view.inlier.end(), 0);
     const double share = static_cast<double>(left_out) / static_cast<double>(view.inlier.size());
     // Stripes may hold gross decoding errors that the gate takes care of; corners that far off mean a wrong detection.
     // One or two that were misread are the outlier rule's to take care of.
     const bool gross = View::dimension_of(view.kind) == 2 && left_out >= kGrossViewOutliers &&
                        view.rms_all_px > kGrossViewRatio * expected;
+    if (view.rms_all_px <= per_axis * kExactEnough_px) continue;
     if (view.rms_px <= kBadViewRatio * expected && share <= kBadViewOutliers && !gross) continue;
     ++bad;
     const bool out_of_step =
@@ -116,7 +118,8 @@ void judge_groups(const BundleResult& bundle, std::vector<std::string>& reasons)
   for (const GroupSummary& group : bundle.groups) {
     const std::string name = group_name(bundle.state.rig, group.sensor, group.kind);
     const double share = static_cast<double>(group.outliers) / static_cast<double>(group.observations);
-    if (share > kGroupOutliers) {
+    const double per_axis = View::dimension_of(group.kind) == 1 ? 1 : std::numbers::sqrt2;
+    if (share > kGroupOutliers && group.rms_all_px > per_axis * kExactEnough_px) {
       reasons.push_back(fmt::format("{}: {:.1f} % of the observations are outliers", name, 100 * share));
     }
     if (!group.sigma_estimated) {

@@ -80,13 +80,15 @@ ScoreOutcome ScoreTester::test(const Columns& columns) const {
   Eigen::VectorXd score = Eigen::VectorXd::Zero(q);                             // G'r
   Eigen::MatrixXd common = Eigen::MatrixXd::Zero(parameters.common_size(), q);  // J'G of the common parameters
   std::map<std::size_t, Eigen::MatrixXd> poses;                                 // and of the poses
-  double rows = 0;
+  double rows = 0, information_per_px2 = 0;
   for (const auto& [v, by_further] : columns) {
     const ViewEvaluation& at = evaluations_[v];
     const Eigen::MatrixXd g = row_weights_[v].asDiagonal() * by_further;
     own.noalias() += g.transpose() * g;
     score.noalias() += g.transpose() * row_weights_[v].cwiseProduct(at.residuals);
-    rows += static_cast<double>((g.rowwise().squaredNorm().array() > 0).count());
+    const auto about = (g.rowwise().squaredNorm().array() > 0).cast<double>();
+    rows += about.sum();
+    information_per_px2 += (about * row_weights_[v].array().square()).sum();
     const Eigen::MatrixXd local = at.jacobian.transpose() * (row_weights_[v].asDiagonal() * g);
     const Eigen::MatrixXd by_blocks = at.local_from_blocks.transpose() * local;
     for (const Parameters::Span& span : parameters.spans(views_[v]->blocks())) {
@@ -126,6 +128,7 @@ ScoreOutcome ScoreTester::test(const Columns& columns) const {
   outcome.sigma = variance.cwiseSqrt();
   outcome.bias = std::sqrt(std::max(0.0, beyond_noise.dot(followed * beyond_noise)));
   if (rows > 0) outcome.effect = std::sqrt(outcome.gain / rows);
+  if (rows > 0) outcome.effect_px = std::sqrt(outcome.gain / information_per_px2);
   return outcome;
 }
 

@@ -28,7 +28,10 @@ struct ScoreOutcome {
   int degrees = 0;           // that could be tested
   Eigen::VectorXd estimate;  // of the further parameters
   Eigen::VectorXd sigma;     // their standard uncertainties
-  double effect = 0;         // what the further parameters explain: RMS in sigmas over the observations they are about
+  // What the further parameters explain, RMS over the observations they are about: in their sigmas, and in pixels, of
+  // observations of several groups weighted as the refinement does.
+  double effect = 0;
+  double effect_px = 0;
   // By how many of their sigmas the refinement's parameters are off for want of the further ones, in the direction
   // where that is most (Baarda's external reliability): the root of d' G'J H^-1 J'G d, over directions of d that are
   // beyond three sigma.

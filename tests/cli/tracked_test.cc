@@ -21,7 +21,8 @@ using testing::HasSubstr;
 TEST(TrackedSystemVerbs, CalibrateRefinesEverythingTogether) {
   const TrackedSystem& system = TrackedSystem::get();
   ASSERT_EQ(system.rendered().exit_code, 0) << system.rendered().err;
-  ASSERT_THAT(system.calibrated().exit_code, testing::AnyOf(0, 4)) << system.calibrated().err;
+  // Its LEDs scatter by 0.003 px: what is off by a hundredth of a pixel is no reason to doubt it.
+  ASSERT_EQ(system.calibrated().exit_code, 0) << system.calibrated().err << system.calibrated().out;
   const json summary = json::parse(system.calibrated().out);
   EXPECT_EQ(summary["leds"].size(), 5U);
   EXPECT_EQ(summary["stations"], 9);
@@ -213,11 +214,9 @@ TEST(TrackedSystemVerbs, TrackFindsTheLedsOfAnUnknownProbe) {
   }
   const ProgramRun run = run_program("track '" + system.with_stations("leds.yaml", stations) + "' --rig='" +
                                      (home / "trackers").string() + "' --out='" + (home / "poses").string() + "'");
-  // Its LEDs scatter by 0.003 px, and a station beyond that is named here as it is by the calibration.
   ASSERT_EQ(run.exit_code, 4) << run.err << run.out;
-  EXPECT_THAT(run.out,
-              testing::AllOf(HasSubstr("knows no LED of this probe"), HasSubstr("suspect: station cal_09 is bad"),
-                             HasSubstr("the rig was rejected when calibrated: " + trackers.doubts.front())));
+  EXPECT_THAT(run.out, testing::AllOf(HasSubstr("knows no LED of this probe"),
+                                      HasSubstr("the rig was rejected when calibrated: " + trackers.doubts.front())));
   const Rig found = read_rig(home / "poses/rig").value();
   EXPECT_TRUE(found.rejected);
   EXPECT_THAT(found.doubts, testing::Contains(trackers.doubts.front()));
