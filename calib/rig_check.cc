@@ -13,6 +13,8 @@
 #include "calib/rig_prior.h"
 #include "calib/rig_truth.h"
 #include "calib/start_from_rig.h"
+#include "calib/telling_readings.h"
+#include "calib/tracker_move.h"
 #include "solvers/decompositions.h"
 #include "solvers/distribution_tails.h"
 #include "solvers/gate.h"
@@ -64,64 +66,6 @@ double score(double gain, int degrees, double observations) {
 }
 double score(const PartCheck& part, double observations) { return score(part.gain, part.degrees, observations); }
 
-// `views`: of all observations, those of stripes in the order of `all`.
-std::vector<StripeView> accepted_stripes(const std::vector<StripeView>& all, const std::vector<ViewSummary>& views) {
-  std::vector<StripeView> kept;
-  auto stripes = all.begin();
-  for (const ViewSummary& summary : views) {
-    if (summary.kind != View::Kind::stripes) continue;
-    StripeView view = *stripes++;
-    view.camera_pixels.clear();
-    view.coordinates_px.clear();
-    for (std::size_t i = 0; i < summary.inlier.size(); ++i) {
-      if (!summary.inlier[i]) continue;
-      view.camera_pixels.push_back(std::prev(stripes)->camera_pixels[i]);
-      view.coordinates_px.push_back(std::prev(stripes)->coordinates_px[i]);
-    }
-    if (!view.camera_pixels.empty()) kept.push_back(std::move(view));
-  }
-  return kept;
-}
-
-struct LedCount {
-  int read = 0;
-  int left_out = 0;
-  bool changed() const { return 2 * left_out > read; }
-};
-
-// Without readings that fit no rig of the kind; but where that is most of what a tracker read at a station, or of what
-// was read of a tracker or an LED, it is that which changed. `views` as above.
-std::vector<LedView> telling_leds(const std::vector<LedView>& all, const std::vector<ViewSummary>& views) {
-  std::vector<const ViewSummary*> summaries;
-  for (const ViewSummary& summary : views) {
-    if (summary.kind == View::Kind::leds) summaries.push_back(&summary);
-  }
-  std::map<std::size_t, LedCount> by_view, by_sensor, by_led;
-  for (std::size_t v = 0; v < all.size(); ++v) {
-    for (std::size_t i = 0; i < all[v].leds.size(); ++i) {
-      for (LedCount* count : {&by_view[v], &by_sensor[all[v].sensor], &by_led[all[v].leds[i]]}) {
-        ++count->read;
-        count->left_out += summaries[v]->inlier[i] ? 0 : 1;
-      }
-    }
-  }
-  std::vector<LedView> kept;
-  for (std::size_t v = 0; v < all.size(); ++v) {
-    LedView view = all[v];
-    view.leds.clear();
-    view.pixels.clear();
-    for (std::size_t i = 0; i < all[v].leds.size(); ++i) {
-      const std::size_t led = all[v].leds[i];
-      const bool changed = by_view[v].changed() || by_sensor[view.sensor].changed() || by_led[led].changed();
-      if (!summaries[v]->inlier[i] && !changed) continue;
-      view.leds.push_back(led);
-      view.pixels.push_back(all[v].pixels[i]);
-    }
-    if (!view.leds.empty()) kept.push_back(std::move(view));
-  }
-  return kept;
-}
-
 // The noise of groups, of moved sensors as before their move.
 std::map<std::string, double> with_moved(std::map<std::string, double> sigma_px, const std::vector<SensorSpec>& sensors,
                                          const Rig& rig) {
@@ -133,39 +77,6 @@ std::map<std::string, double> with_moved(std::map<std::string, double> sigma_px,
     }
   }
   return sigma_px;
-}
-
-// A tracker that stands elsewhere from a station on.
-struct Move {
-  std::size_t sensor = 0;
-  std::size_t first_station = 0;
-};
-
-// The tracker as two, the second with the lens of the first, and a third one for what was seen nobody knows when, where
-// there is any.
-CalibrationData with_move(CalibrationData data, const Move& move) {
-  const std::size_t later = data.sensors.size(), untold = later + 1;
-  const auto reassign = [&](std::size_t& sensor, const std::optional<std::size_t>& station) {
-    if (sensor != move.sensor || (station && *station < move.first_station)) return;
-    sensor = station ? later : untold;
-  };
-  bool any_untold = false;
-  for (CornerView& view : data.observations.corners) {
-    reassign(view.sensor, std::nullopt);
-    any_untold = any_untold || view.sensor == untold;
-  }
-  for (LedView& view : data.observations.leds) {
-    reassign(view.sensor, view.station);
-    any_untold = any_untold || view.sensor == untold;
-  }
-  SensorSpec moved = data.sensors[move.sensor];
-  const std::string name = moved.name;
-  if (!moved.lens_of) moved.lens_of = move.sensor;
-  moved.name = name + " later";
-  data.sensors.push_back(moved);
-  moved.name = name + " untold";
-  if (any_untold) data.sensors.push_back(moved);
-  return data;
 }
 
 class Checker {
@@ -268,33 +179,13 @@ class Checker {
     return refine_under_rig(*start, data.observations, options, {});
   }
 
-  // By trackers and stations, those that both sides of the move are read from.
-  std::vector<Move> possible_moves() const {
-    std::map<std::size_t, std::set<std::size_t>> stations;
-    for (const LedView& view : data_.observations.leds) {
-      if (view.station && data_.sensors[view.sensor].mount == Mount::world) stations[view.sensor].insert(*view.station);
-    }
-    std::vector<Move> moves;
-    for (const auto& [sensor, seen] : stations) {
-      for (const std::size_t station : seen) {
-        if (station != *seen.begin()) moves.push_back({sensor, station});
-      }
-    }
-    return moves;
-  }
-
   const CalibrationData& data() const { return data_; }
 
   // What tells of a tracker's moves: everything, or, where what it saw nobody knows when does not tell a third place,
   // such as a bar's two ends, what is left without that.
-  CalibrationData telling_moves(const Move& any) const {
-    const CalibrationData moved = with_move(data_, any);
-    if (start_from_rig(moved, earlier_.rig, earlier_.board_scales)) return data_;
-    CalibrationData rest = data_;
-    const auto untimed = [&](const auto& view) { return view.sensor == any.sensor && !view.station; };
-    std::erase_if(rest.observations.leds, untimed);
-    std::erase_if(rest.observations.corners, untimed);
-    return rest;
+  CalibrationData telling_moves(const CalibrationData& data, const Move& any) const {
+    const bool told = start_from_rig(with_move(data, any), earlier_.rig, earlier_.board_scales).has_value();
+    return told ? data : without_untimed(data, any.sensor);
   }
   Expected<Refined> refine_unmoved(const CalibrationData& data) const {
     const auto start = start_from_rig(data, earlier_.rig, earlier_.board_scales);
@@ -501,7 +392,7 @@ struct TestedMove {
 // Of each tracker the likeliest that is less likely by chance than over all moves together, the likeliest of all first.
 std::vector<TestedMove> test_moves(const Checker& checker, const Refined& unchanged) {
   const double redundancy = checker.redundancy(unchanged);
-  const std::vector<Move> moves = checker.possible_moves();
+  const std::vector<Move> moves = possible_moves(checker.data());
   const std::size_t later = checker.data().sensors.size();
   std::map<std::size_t, TestedMove> best;
   std::optional<std::size_t> sensor;
@@ -510,7 +401,7 @@ std::vector<TestedMove> test_moves(const Checker& checker, const Refined& unchan
   for (const Move& move : moves) {
     if (sensor != move.sensor) {
       sensor = move.sensor;
-      seen = checker.telling_moves(move);
+      seen = checker.telling_moves(checker.data(), move);
       const auto unmoved = checker.refine_unmoved(seen);
       square_sum = unmoved ? unmoved->square_sum : 0;
     }
@@ -558,7 +449,8 @@ Expected<RigCheck> check_rig(const CalibrationData& data, const EarlierRig& earl
   const double by_parts = score(tested.explained, tested.degrees, tested.check.redundancy);
   if (moves.empty() || moves.front().score < by_parts + kAsGood) return std::move(tested.check);
   std::erase_if(moves, [&](const TestedMove& move) { return move.score < moves.front().score - kAsGood; });
-  const CalibrationData at_two_places = with_move(data, moves.front().move);
+  const Move& likeliest = moves.front().move;
+  const CalibrationData at_two_places = with_move(checker->telling_moves(data, likeliest), likeliest);
   auto rest = look_at(at_two_places, known, threads);
   const auto otherwise_unchanged = rest ? rest->refine_unchanged() : Expected<Refined>(tl::unexpected(rest.error()));
   RigCheck check = std::move(tested.check);

@@ -35,6 +35,18 @@ TEST(MixedImages, ATrackerWithThoseOfAnotherStationIsNamedWhereOthersOutvoteIt) 
   }
 }
 
+// One that read nothing agrees with nobody.
+TEST(MixedImages, OfTwoThatDisagreeBesideOneThatReadNothingEitherMayBeIt) {
+  std::mt19937 random(43);
+  const MadeStation station = make_station({.leds = 5, .trackers = 3});
+  LedReadings readings = with_noise(station.readings, random);
+  readings[1].view.pixels = make_station({.leds = 5, .trackers = 3}, 0.4).readings[1].view.pixels;
+  readings[2].view.leds.clear();
+  readings[2].view.pixels.clear();
+  readings[2].covariances_px2.clear();
+  EXPECT_THAT(find_mixed_images(station.rig, readings), Optional(HasSubstr("tracker0 and tracker1 tell poses")));
+}
+
 TEST(MixedImages, LedsThatWereBentAreNoneOfThem) {
   std::mt19937 random(43);
   MadeStation station = make_station({.leds = 5, .trackers = 3});
